@@ -1,4 +1,4 @@
-//! Suggestions for a missing file: files beside it with similar names.
+//! Suggestions for a missing file: files in its folder with similar names.
 
 use std::{fs, path::Path};
 
@@ -6,7 +6,7 @@ use std::{fs, path::Path};
 const MOST_ENTRIES: usize = 10_000;
 /// The longest name that is compared, in bytes.
 const MOST_NAME: usize = 80;
-/// How many pairs of bytes are compared: two names make the product of their lengths.
+/// How many pairs of bytes are compared: the product of two names' lengths each.
 const MOST_PAIRS: usize = 1 << 21;
 /// How many names are suggested.
 const MOST_NAMES: usize = 3;

@@ -1,7 +1,7 @@
 //! The memory that loading takes, counted in one place.
 //!
-//! Whoever reads a file or makes an array from one takes its bytes from the budget before they are allocated, and gives
-//! back what is freed before the load ends.
+//! Code that reads a file or makes an array from one takes the bytes from the budget before it allocates them, and gives
+//! back what it frees before the load ends.
 
 use super::mesh::Sharing;
 use crate::error::{LoadError, in_bytes};
@@ -14,10 +14,10 @@ use std::{
     },
 };
 
-/// Told how many more bytes of a large file have been read, from the threads that read it.
+/// Receives the number of bytes of a large file read since the last call, from the threads that read it.
 pub(crate) type OnRead = Arc<dyn Fn(usize) + Send + Sync>;
 
-/// What a load may take, and who watches it.
+/// The limits of a load, and its progress callback.
 #[derive(Clone)]
 pub(crate) struct Limits {
     /// Bytes.
@@ -37,14 +37,14 @@ impl From<u64> for Limits {
 /// How many folders are searched for names like those of missing files.
 const MAX_SUGGESTIONS: u64 = 4;
 
-/// What one load may take, bytes; shared by all files that it reads.
+/// The memory that one load may take; shared by all files that it reads.
 pub(super) struct Budget {
     limit: u64,
     on_read: Option<OnRead>,
     taken: AtomicU64,
     /// How many missing files suggestions were asked for.
     missing: AtomicU64,
-    /// Whether the images of the mesh that is read next are wanted.
+    /// Whether the images of the next mesh are read.
     wants_images: AtomicBool,
     /// What becomes of a mesh's parts that stand in several places.
     sharing: Sharing,
@@ -55,7 +55,7 @@ pub(super) struct Budget {
 pub(super) enum BudgetError {
     /// It would take more than its limit.
     OverLimit {
-        /// What it has taken, and asks for now, bytes.
+        /// What it has taken and requests now, bytes.
         needed: u64,
         /// Bytes.
         limit: u64,
@@ -97,7 +97,7 @@ impl Budget {
         Self::new(u64::MAX)
     }
 
-    /// Who watches the reading.
+    /// The progress callback.
     pub(super) fn on_read(&self) -> Option<OnRead> {
         self.on_read.clone()
     }
@@ -112,12 +112,12 @@ impl Budget {
         self.missing.fetch_add(1, Ordering::Relaxed) < MAX_SUGGESTIONS
     }
 
-    /// Says whether images of meshes are wanted from now on: a mesh that is placed again shows those that are there.
+    /// Sets whether images of meshes are read from now on: a mesh that is placed again shows the images that are there.
     pub(super) fn set_wants_images(&self, wants: bool) {
         self.wants_images.store(wants, Ordering::Relaxed);
     }
 
-    /// Whether images of meshes are wanted.
+    /// Whether images of meshes are read.
     pub(super) fn wants_images(&self) -> bool {
         self.wants_images.load(Ordering::Relaxed)
     }

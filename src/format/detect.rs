@@ -1,4 +1,4 @@
-//! What bytes without a file name are, such as those of standard input.
+//! Detects the format of bytes without a file name, such as those of standard input.
 
 use super::{
     budget::Budget,
@@ -14,7 +14,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// What bytes are.
+/// The format of some bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detected {
     /// The text of a `.scn` scene.
@@ -32,7 +32,7 @@ pub enum Loaded {
     Mesh(Box<LoadedMesh>),
 }
 
-/// Detects what `bytes` are; they are the whole input.
+/// Detects the format of `bytes`, the whole input.
 ///
 /// The first that applies, in this order:
 /// - PLY begins with a line `ply`.
@@ -84,8 +84,8 @@ pub fn load_any(
     load_budgeted(reader, name, asked, Budget::new(memory), Sharing::Never)
 }
 
-/// As [`load_any`], of a mesh to be shown: parts that stand in many places may be stored once, and images of its textures
-/// are read only if it `shows_images`. Those of a scene's meshes are.
+/// As [`load_any`], for a mesh to be shown: parts that are placed often may be stored once, and images of its textures are
+/// read only if it `shows_images`. Those of a scene's meshes are always read.
 #[cfg(feature = "cli")]
 pub(crate) fn load_any_shown(
     reader: impl Read,
@@ -99,7 +99,7 @@ pub(crate) fn load_any_shown(
     load_budgeted(reader, name, asked, budget, Sharing::WherePays)
 }
 
-/// As [`load_any`]; only a mesh that is no part of a scene is shared.
+/// As [`load_any`]; only a mesh outside of a scene is shared.
 fn load_budgeted(
     reader: impl Read,
     name: &Path,
@@ -111,7 +111,7 @@ fn load_budgeted(
     let bytes = bytes.map_err(|error| files::load_error(name, &error))?;
     let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes);
     if text.trim_ascii().is_empty() {
-        // What should have written to the pipe has failed.
+        // The program that should have written to the pipe has failed.
         return Err(LoadError::whole_file(
             name,
             "the input is empty, expected a scene or a mesh",

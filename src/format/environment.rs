@@ -1,4 +1,4 @@
-//! Pictures of environments: Radiance HDR, OpenEXR, or any picture that textures may be.
+//! Images of environments: Radiance HDR, OpenEXR, or any format of textures.
 
 #[cfg(feature = "textures")]
 pub(super) use decoding::decode;
@@ -24,7 +24,7 @@ mod decoding {
         path::Path,
     };
 
-    /// Decodes a picture. What it takes as an environment is taken from the budget. The error is a sentence.
+    /// Decodes an image, and takes the environment's memory from the budget. The error is a sentence.
     pub(in crate::format) fn decode(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Decoded, String> {
         let decoded = catch_unwind(AssertUnwindSafe(|| decode_within(bytes, path, budget)));
         decoded.unwrap_or_else(|_| Err("its decoder failed".to_owned()))
@@ -48,7 +48,7 @@ mod decoding {
         let size @ [width, height] = <[u32; 2]>::from(decoder.dimensions());
         check_size(width, height)?;
         let pixels = u64::from(width) * u64::from(height);
-        // Decoded, as RGB floats, and what a decoder keeps beside.
+        // The decoded image, RGB floats, and the decoder's own memory.
         let needed = decoder.total_bytes().saturating_mul(2) + 12 * pixels + most_block + DECODER_BYTES;
         let kept = EnvironmentPicture::bytes(size);
         if needed + kept as u64 > budget.left() {
@@ -86,7 +86,7 @@ mod decoding {
         Err(format!("its header has no end within {MOST} bytes"))
     }
 
-    /// What the parts of an EXR file take, which need not be as large as the picture: twice the bytes of their samples.
+    /// Memory of the parts of an EXR file, whose sizes may differ from the image's: twice the bytes of their samples.
     fn exr_block(bytes: &[u8]) -> Result<u64, String> {
         let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false);
         let meta = meta.map_err(|error| decoder_reason(&error.to_string()))?;

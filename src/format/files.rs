@@ -50,7 +50,7 @@ impl Files for Disk<'_> {
     }
 }
 
-/// Files that the caller gives.
+/// Files that the caller provides.
 pub(super) struct Given<'a>(pub(super) OpenMesh<'a>);
 
 impl Files for Given<'_> {

@@ -1,4 +1,4 @@
-//! What a file holds and octray does not read: one note a file names all of it.
+//! Contents of a file that octray does not read, listed in one note per file.
 
 use crate::error::clip_path;
 use std::path::Path;
@@ -9,19 +9,19 @@ const MOST_NAMES: usize = 4;
 /// How many things a note lists. A hostile header may have thousands of elements.
 const MOST_THINGS: usize = 20;
 
-/// What a file holds and octray does not read.
+/// The contents of a file that octray does not read.
 #[derive(Debug, Default)]
 pub(super) struct LeftOut(Vec<String>);
 
 impl LeftOut {
-    /// Adds what needs no count, such as "vertex colours". Said twice, it is noted once.
+    /// Adds something without a count, such as "vertex colours", unless it is listed.
     pub(super) fn add(&mut self, what: &str) {
         if !self.0.iter().any(|known| known == what) {
             self.push(what.to_owned());
         }
     }
 
-    /// One more than is listed tells that there are more.
+    /// Keeps one more than is listed, to know that there are more.
     fn push(&mut self, what: String) {
         if self.0.len() <= MOST_THINGS {
             self.0.push(what);

@@ -1,8 +1,8 @@
 //! Reads scenes and meshes.
 //!
 //! [`load`] reads a `.scn` file and the files that it names; [`load_from_bytes`] does the same without the disk;
-//! [`load_any`] reads a scene or a mesh from a pipe. [`mesh`] reads mesh files. Every error says where it is, what was
-//! found there and what was expected. `docs/scene-language.md` is the reference of `.scn`.
+//! [`load_any`] reads a scene or a mesh from a pipe. [`mesh`] reads mesh files. Every error has file, line and column, what
+//! was found and what was expected. `docs/scene-language.md` is the reference of `.scn`.
 
 mod alike;
 mod budget;
@@ -40,13 +40,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Gives the bytes of a file: a mesh, a file that a mesh names, or an included scene. The path is as written in the file
+/// Provides the bytes of a file: a mesh, a file that a mesh names, or an included scene. The path is as written in the file
 /// that names it, joined to that file's folder.
 pub type OpenMesh<'a> = &'a mut dyn FnMut(&Path) -> io::Result<Vec<u8>>;
 
-/// Loads a `.scn` file and the meshes and scene files that it names. Paths are relative to the file that they stand
-/// in. A mesh that is named again with the same placement is not read again: its copy would be invisible inside the
-/// first, which keeps its material.
+/// Loads a `.scn` file and the meshes and scene files that it names. Paths are relative to the file that contains them. A
+/// mesh that is named again with the same placement is not read again: its copy would be invisible inside the first, which
+/// keeps its material.
 ///
 /// # Errors
 /// [`LoadError`], with the place of the fault: a file that cannot be read or is not a regular file, a statement that is
@@ -55,7 +55,7 @@ pub fn load(path: &Path) -> Result<Scene, LoadError> {
     load_within(path, &mut Vec::new(), u64::MAX)
 }
 
-/// Refuses a path that is missing or not a regular file, as [`load`] does, without reading it.
+/// Checks that a path is a regular file, as [`load`] does, without reading it.
 ///
 /// # Errors
 /// [`LoadError`].
@@ -63,7 +63,7 @@ pub fn check_file(path: &Path) -> Result<(), LoadError> {
     files::check_is_file(path).map_err(|error| files::load_error(path, &error))
 }
 
-/// The number of frames of a scene file, `None` if nothing moves: from the text alone, nothing else is read.
+/// The number of frames of a scene file, `None` if nothing moves. Reads only scene files, no meshes.
 ///
 /// # Errors
 /// [`LoadError`] if the file cannot be read.
@@ -143,8 +143,7 @@ pub fn load_from_bytes(text: &[u8], name: &Path, open: OpenMesh<'_>) -> Result<S
     load_from_bytes_within(text, name, open, u64::MAX)
 }
 
-/// As [`load_from_bytes`], within `memory` bytes: for files from strangers, a few bytes of which may be a picture of a
-/// gigabyte.
+/// As [`load_from_bytes`], within `memory` bytes: for untrusted files, of which a few bytes may be an image of a gigabyte.
 ///
 /// # Errors
 /// [`LoadError`], as for [`load`]; also if the scene or one of its files would take more memory.

@@ -1,7 +1,7 @@
 //! OFF: text with vertices, polygons, and colours of either.
 //!
-//! Why not a crate: those on the registry read neither colours nor the headers that data sets have, allocate what a
-//! header promises, and their errors have no place.
+//! Why not a crate: the existing ones read neither colours nor the headers of common data sets, allocate whatever a header
+//! promises, and report no line and column.
 //!
 //! Format: *OFF*, Geomview manual, The Geometry Center, 1992.
 
@@ -94,7 +94,7 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// What the header says.
+/// The header.
 #[derive(Clone, Copy, Default)]
 struct Header {
     has_normals: bool,
@@ -232,7 +232,7 @@ impl<'b> Off<'b> {
             self.budget.reserve(&mut columns.normals, 1)?;
             columns.normals.push(Vec3::new(x?, y?, z?));
         }
-        // Many programs write colours without saying so.
+        // Many programs write colours without the prefix.
         let left = words.clone().count();
         if self.header.has_colors || (3..=4).contains(&left) && !self.header.has_uvs {
             let [red, green, blue] = ["red", "green", "blue"].map(|what| number(&mut words, what));

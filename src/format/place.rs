@@ -1,4 +1,4 @@
-//! Words of a text and where they are. Lines are counted only when there is an error.
+//! Words of a text and their positions. Lines are counted only for an error.
 
 use super::budget::BudgetError;
 use crate::error::LoadError;
@@ -11,7 +11,7 @@ pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 pub(super) const LONE_RETURNS: &str =
     "its lines end in CR alone, as on Macs before 2001, expected LF or CR LF";
 
-/// Whether carriage returns alone divide the lines of a text.
+/// Whether lines end with carriage returns without newlines.
 pub(super) fn has_lone_returns(text: &[u8]) -> bool {
     let text = text.trim_ascii_end();
     !text.contains(&b'\n') && text.contains(&b'\r')
@@ -26,7 +26,7 @@ pub(super) fn after_mark(text: &[u8]) -> usize {
     }
 }
 
-/// What is wrong, and with which bytes of a text, or with all of it.
+/// A fault of some bytes of a text, or of the whole text.
 #[derive(Debug)]
 pub(super) struct TextFault {
     range: Option<Range<usize>>,

@@ -1,6 +1,6 @@
 //! Triangulates concave polygons.
 //!
-//! Readers make a fan of every polygon and record it in [`Fans`]. Once all positions are known, polygons that a fan does
+//! Readers make a fan of every polygon and record it in [`Fans`]. Once all positions are known, polygons that a fan would
 //! not fill are triangulated again, into the same number of triangles.
 
 mod ears;

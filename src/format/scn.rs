@@ -93,19 +93,19 @@ pub(super) fn parse(
         ));
     }
     if reader.has_environment && reader.said.ambient.is_none() {
-        // The environment is what ambient light stands for.
+        // The environment replaces ambient light.
         let set = reader.builder.set_ambient(0.0);
         debug_assert!(set.is_ok(), "0 is a share");
     }
     Ok(reader.builder.finish())
 }
 
-/// Words that OBJ files begin their lines with, but for comments.
+/// Words with which lines of OBJ files begin, without comments.
 const OBJ_WORDS: [&[u8]; 11] = [
     b"v", b"vn", b"vt", b"vp", b"f", b"l", b"p", b"o", b"g", b"mtllib", b"usemtl",
 ];
 
-/// Whether a text is a scene: has a statement, if a misspelt one, before any word of OBJ, or nothing but comments.
+/// Whether a text is a scene: it has a statement, perhaps misspelt, before any word of OBJ, or only comments.
 pub(super) fn is_scene(text: &[u8]) -> bool {
     let names = || STATEMENTS.iter().map(|(name, _)| *name);
     let mut only_comments = true;
@@ -126,7 +126,7 @@ pub(super) fn is_scene(text: &[u8]) -> bool {
     only_comments
 }
 
-/// Refuses a picture or a binary mesh as a whole, not by its first odd word.
+/// Rejects an image or a binary mesh as a whole, instead of by its first unknown word.
 fn refuse_binary(text: &[u8], file: &Path) -> Result<(), LoadError> {
     match text.iter().position(|&byte| byte == 0) {
         Some(nul) => Err(LoadError::new(
@@ -144,7 +144,7 @@ struct Reader<'a> {
     /// The folder of the file that is being read.
     folder: PathBuf,
     builder: SceneBuilder,
-    /// The current material. None before the first `material`: meshes look as their files say, other shapes have
+    /// The current material. None before the first `material`: meshes have the materials of their files, other shapes have
     /// material 0.
     material: Option<MaterialId>,
     meshes: Meshes,
@@ -181,7 +181,7 @@ struct Said {
 }
 
 impl Said {
-    /// Remembers the place of a statement, and refuses a second one.
+    /// Remembers the place of a statement, and rejects a second one.
     fn once(
         said: &mut Option<SourcePos>,
         arguments: &Arguments<'_, '_>,
@@ -254,7 +254,7 @@ impl Reader<'_> {
     }
 }
 
-/// Words of other formats and languages, and what to say about them.
+/// Hints about words of other formats and languages.
 fn hint(keyword: &[u8]) -> Option<&'static str> {
     match keyword {
         [b'#', ..] => Some("`#` does not start a comment, expected `//`"),

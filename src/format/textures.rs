@@ -1,5 +1,4 @@
-//! The images of a mesh's textures: decoded once the mesh is known, on all threads. An image that several materials name
-//! is decoded once.
+//! The images of a mesh's textures, decoded after the mesh is read, on all threads, each only once.
 //!
 //! A texture that cannot be shown is a note, not an error: the shape is still shown.
 

@@ -9,10 +9,10 @@ use crate::{
 use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
 use std::ops::Range;
 
-/// A triangle without a material of its own.
+/// A triangle without a material.
 pub(super) const NO_SURFACE: u32 = u32::MAX;
 
-/// A triangle without a material of its own whose vertices have colours.
+/// A triangle without a material whose vertices have colours.
 pub(super) const COLORED: u32 = u32::MAX - 1;
 
 /// A mesh so far.
@@ -90,7 +90,7 @@ impl Arrays {
         let before = triangles.len();
         shape.add_triangles(triangles, base as u32);
         if world.determinant() < 0.0 {
-            // Their front stays in front.
+            // Mirrored triangles keep their front.
             triangles[before..]
                 .iter_mut()
                 .for_each(|corners| corners.swap(1, 2));

@@ -1,9 +1,9 @@
 //! Compressed geometry: buffer views by meshopt (`EXT_meshopt_compression`, 2021, and `KHR_meshopt_compression`, 2025),
 //! primitives by Draco (`KHR_draco_mesh_compression`, 2018).
 //!
-//! The gltf crate reads neither, so their parts of the JSON are read apart. The crates meshoptimizer-rs and draco-core
-//! decode; both are told first how much they may allocate. What is decoded stands for a view or an accessor, and is read
-//! as any other. All that is decoded has at most as many bytes as the file, or few bytes could be decoded for hours.
+//! The gltf crate reads neither, so their parts of the JSON are parsed separately. The crates meshoptimizer-rs and
+//! draco-core decode; both get a memory limit first. Decoded bytes replace a view or an accessor. In total at most as many
+//! bytes as the file has are decoded, or a small file could be decoded for hours.
 
 use super::{
     super::budget::BudgetError,
@@ -29,7 +29,7 @@ const DRACO_TRIANGLE: u64 = 256;
 /// Restores what an encoder changed in decoded elements of a count and a size.
 type Filter = fn(&mut [u8], usize, usize, &mut Workspace) -> Result<(), meshoptimizer_rs::Error>;
 
-/// What of a file is compressed.
+/// The compressed parts of a file.
 pub(super) struct Compression<'d> {
     document: &'d Document,
     /// By index.
@@ -169,7 +169,7 @@ impl<'d> Compression<'d> {
         let Some(Some(draco)) = primitives.and_then(|primitives| primitives.get(index)) else {
             return Ok(());
         };
-        // An accessor that has bytes of its own stands for readers without Draco.
+        // An accessor with a buffer view is a fallback for readers without Draco.
         let is_missing = |accessor: &Accessor<'_>, buffers: &Buffers<'_>| {
             accessor.view().is_none() && !buffers.has_read(accessor.index())
         };

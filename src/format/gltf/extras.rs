@@ -1,4 +1,4 @@
-//! What a glTF file holds and octray does not read.
+//! Contents of a glTF file that octray does not read.
 
 use crate::format::left_out::{LeftOut, counted};
 use gltf::{
@@ -7,7 +7,7 @@ use gltf::{
     mesh::{Mode, Semantic},
 };
 
-/// Extensions that octray reads, or that say nothing beyond what else is listed: textures, animations, lights.
+/// Extensions that octray reads, or whose contents are listed elsewhere: textures, animations, lights.
 const NOT_LISTED: [&str; 15] = [
     "EXT_mesh_gpu_instancing",
     "KHR_lights_punctual",
@@ -89,7 +89,7 @@ pub(super) fn left_out(root: &Root, is_cloud: bool) -> LeftOut {
     left_out
 }
 
-/// Whether it is cut out by a factor alone.
+/// Whether a factor alone cuts all of it out.
 fn is_transparent(material: &Material) -> bool {
     let pbr = &material.pbr_metallic_roughness;
     let limit = material.alpha_cutoff.as_ref().map_or(0.5, |limit| limit.0);

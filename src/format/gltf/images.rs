@@ -1,4 +1,4 @@
-//! Images of textures: in a buffer, in a data URI, or in a file beside.
+//! Images of textures: in a buffer, in a data URI, or in a separate file.
 
 use super::buffers::{Buffers, Bytes};
 use crate::{

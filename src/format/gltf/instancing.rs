@@ -1,6 +1,6 @@
 //! Instances of nodes: the extension `EXT_mesh_gpu_instancing`, 2019.
 //!
-//! The gltf crate does not read it, so its part of the JSON is read apart, as that of lights is.
+//! The gltf crate does not read it, so its part of the JSON is parsed separately, like that of lights.
 
 use super::{buffers::Buffers, elements::Elements};
 use crate::error::LoadError;
@@ -67,7 +67,7 @@ impl Instancing {
         Ok(Self(attributes.collect()))
     }
 
-    /// The instances of a node; `None` if its mesh stands there once.
+    /// The instances of a node; `None` if it places its mesh once.
     pub(super) fn at<'a>(
         &self,
         node: usize,

@@ -1,6 +1,6 @@
 //! Point, spot and directional lights: the extension `KHR_lights_punctual`, The Khronos Group, 2018.
 //!
-//! The gltf crate would refuse a whole file for a fault in its lights, so they are read apart from it.
+//! The gltf crate would reject a whole file for a fault in its lights, so they are parsed separately.
 
 use crate::scene::{Light, LightShape, MAX_LIGHTS, Spot, is_usable};
 use glam::DMat4;
@@ -58,7 +58,7 @@ impl Default for Cone {
     }
 }
 
-/// What cannot be read is no fault of the others.
+/// A faulty light does not affect the others.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Lenient<T> {

@@ -1,4 +1,4 @@
-//! Materials as octray shows them: base colour, highlight, emission, textures and where these are on the mesh.
+//! Materials as octray shows them: base colour, highlight, emission, textures and their coordinates.
 
 use super::transmission::Through;
 use crate::{
@@ -13,7 +13,7 @@ use gltf::{
 };
 use serde::Deserialize;
 
-/// What a roughness map is taken for, since it is not read: the middle.
+/// The assumed value of a roughness map, which is not read.
 const ROUGHNESS_MAP: f32 = 0.5;
 
 const WEBP: &str = "EXT_texture_webp";
@@ -64,7 +64,7 @@ pub(super) struct Shown {
     pub(super) surface: Surface,
     /// `None` if it shows no texture.
     pub(super) placement: Option<Placement>,
-    /// Whether its emission has coordinates of its own, so that its texture is not shown.
+    /// Whether its emission has other coordinates, so that its texture is not shown.
     pub(super) emission_left_out: bool,
     /// Whether the image of its base colour or emission is of a kind that octray does not read.
     pub(super) is_of_another_kind: bool,

@@ -1,8 +1,8 @@
-//! glTF 2.0: JSON with its buffers beside or inside it, or one binary file (.glb).
+//! glTF 2.0: JSON with external or embedded buffers, or one binary file (.glb).
 //!
-//! Reads the triangles, strips and fans, or else the points and lines, of all nodes of the default scene with their transforms, vertex colours, base
-//! colours, roughness, transmission, emission and textures of these, punctual lights, and cameras. [`extras`] lists what it does not read.
-//! [`sharing`] decides which meshes that several nodes place are stored once.
+//! Reads the triangles, strips and fans, or else the points and lines, of all nodes of the default scene, with transforms,
+//! vertex colours, materials, textures, punctual lights and cameras. [`extras`] lists what it does not read. [`sharing`]
+//! decides which meshes are stored once.
 //!
 //! The gltf crate parses the JSON and checks its references. [`buffers`] reads the bytes and checks every access: the
 //! crate's own readers trust offsets and counts.
@@ -60,7 +60,7 @@ const HARMLESS: [&str; 13] = [
     "KHR_mesh_quantization",
 ];
 
-/// Reads a mesh; `open` gives the buffers that lie beside it.
+/// Reads a mesh; `open` provides the files of its buffers.
 ///
 /// # Errors
 /// [`LoadError`]: with line and column if the JSON does not parse, else with the JSON path of the fault.

@@ -1,7 +1,7 @@
 //! The node tree: transforms, meshes, cameras and lights.
 //!
-//! All that the nodes place is counted before any of it is built, so that a file that places a mesh a million times is
-//! refused at once, or stores it once.
+//! Everything that the nodes place is counted before any of it is built, so that a file that places a mesh a million times
+//! is refused at once, or stores it once.
 
 use super::{
     arrays::{Arrays, COLORED, NO_SURFACE, Room},
@@ -27,11 +27,11 @@ use glam::DMat4;
 use gltf::Document;
 use std::path::Path;
 
-/// A node with a mesh, a camera or a light, and where it stands.
+/// A node with a mesh, a camera or a light, and its transform.
 struct Placement<'a> {
     node: usize,
     world: DMat4,
-    /// Of its mesh; `None` if it stands there once.
+    /// The instances of its mesh; `None` for a single placement.
     instances: Option<Instances<'a>>,
 }
 
@@ -72,7 +72,7 @@ struct Part {
 /// The mesh so far.
 #[derive(Default)]
 pub(super) struct Reading {
-    /// What is stored where it stands.
+    /// Baked meshes.
     baked: Arrays,
     parts: Vec<Part>,
     /// How many triangles there are room for, and how many there may be.
@@ -87,7 +87,7 @@ pub(super) struct Reading {
     pub(super) punctual: PunctualLights,
     /// How many cameras there are beyond the limit.
     pub(super) cameras_left_out: usize,
-    /// How many placements of shared meshes leave nothing of them.
+    /// How many placements of shared meshes collapse them to lines or points.
     pub(super) collapsed: usize,
 }
 
@@ -289,7 +289,7 @@ impl Reading {
         match placing.check(&transform) {
             Ok(()) => part.placements.push(transform),
             Err(SceneError::Flat) if transform.collapses() => self.collapsed += 1,
-            // Flat shapes are seen, but rays have no images in a space that is gone.
+            // Flat shapes are visible, but rays cannot be transformed by a singular matrix.
             Err(SceneError::Flat) => {
                 self.triangles = self.triangles.saturating_add(mesh.triangles);
                 self.check_triangles(buffers)?;

@@ -1,11 +1,11 @@
-//! Which meshes are stored once, as several nodes place them.
+//! Decides which meshes that several nodes place are stored once.
 //!
-//! Those that save most come first, until baking all that is left costs less than [`MOST_WASTED`]. So a small file is
-//! baked whole, and a large one shares the few meshes that matter.
+//! Those that save most memory come first, until baking all others costs less than [`MOST_WASTED`]. So a small file is baked
+//! whole, and a large one shares the few meshes that matter.
 
 use crate::{format::mesh::Sharing, scene::MAX_PROTOTYPES};
 
-/// This many triangles may be stored again rather than shared: about 100 MB with their share of the BVH.
+/// This many triangles may be baked instead of shared: about 100 MB with their share of the BVH.
 // Tuned: see docs/lab-notes.md#shared-gltf
 const MOST_WASTED: u128 = 1 << 20;
 

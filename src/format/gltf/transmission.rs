@@ -1,8 +1,8 @@
-//! Light that goes through a surface: the extensions `KHR_materials_transmission`, `KHR_materials_volume` and
+//! Transmission through surfaces: the extensions `KHR_materials_transmission`, `KHR_materials_volume` and
 //! `KHR_materials_ior`, The Khronos Group, 2021.
 //!
-//! A surface without thickness is a sheet, which light leaves as it came, and one with thickness is the boundary of a body
-//! of glass. docs/meshes.md has the rule.
+//! A surface without thickness is a sheet, which does not refract, and one with thickness is the boundary of a body of glass.
+//! docs/meshes.md has the rule.
 
 use super::materials::display_value;
 use crate::{
@@ -10,22 +10,22 @@ use crate::{
     scene::{INDEX_RANGE, Material, is_usable},
 };
 
-/// From this share of light on the boundary of a volume is glass; else it is opaque.
+/// From this transmission on, the boundary of a volume is glass; else it is opaque.
 const GLASS: f32 = 0.5;
 
 /// The extension's default.
 const INDEX: f32 = 1.5;
 
-/// How light goes through a material.
+/// The transmission of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Through {
-    /// It does not.
+    /// None.
     Not,
-    /// This share of it, straight on and tinted by the base colour.
+    /// A sheet that transmits this share, without refraction, tinted by the base colour.
     Sheet(f32),
-    /// Refracted, into a body of [`Material::Glass`], whose tint is a display value.
+    /// The boundary of a body of [`Material::Glass`], whose tint is a display value.
     Body(Material),
-    /// Too little of it, into a body.
+    /// A body with too little transmission for glass.
     Faint,
 }
 
@@ -69,7 +69,7 @@ impl Through {
     }
 }
 
-/// Lists what is not shown of light that goes through.
+/// Lists the parts of transmission that are not shown.
 pub(super) fn left_out(document: &gltf::Document, left_out: &mut LeftOut) {
     let count = |is: fn(&gltf::Material<'_>) -> bool| document.materials().filter(is).count();
     left_out.count(

@@ -8,15 +8,15 @@ use crate::{
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-/// Of how many points the neighbours are searched: each is compared with all points.
+/// The number of points whose neighbours are searched: each is compared with all points.
 // Tuned: see docs/lab-notes.md#point-spacing
 const SAMPLES: usize = 128;
 
-/// Which neighbour's distance counts. In a grid the third is as near as the first; among random points the first is often
+/// The neighbour whose distance is used. In a grid the third is as near as the first; among random points the first is often
 /// much nearer than most others.
 const NEIGHBOUR: usize = 3;
 
-/// Radius of the spheres in distances of that neighbour: those of a square grid overlap, with little between them.
+/// Radius of the spheres relative to that distance: on a square grid they overlap and leave only small gaps.
 const RADIUS: f32 = 0.65;
 
 /// Radius of points without neighbours, scene units.

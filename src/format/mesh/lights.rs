@@ -1,4 +1,4 @@
-//! The lights of a file, exposed: files give physical units, as if a camera were exposed to them.
+//! Scales the lights of a file, which have physical units that need a camera's exposure.
 
 use super::LoadedMesh;
 use crate::{
@@ -18,7 +18,7 @@ pub(crate) fn sphere_around(bounds: &Aabb) -> (DVec3, f64) {
     (center, radius.max(1e-6))
 }
 
-/// Returns lights that are as bright `together` in the middle of a mesh. Empty if they give no light there.
+/// Returns lights scaled to the total intensity `together` at the centre of a mesh. Empty if they give no light there.
 pub(crate) fn exposed(lights: &[Light], together: f32, (center, radius): (DVec3, f64)) -> Vec<Light> {
     let arriving = |light: &Light| {
         let [r, g, b] = light.color;
@@ -69,7 +69,8 @@ fn reaches(light: &Light, spot: &Spot, center: DVec3, radius: f64) -> bool {
 }
 
 impl LoadedMesh {
-    /// Returns the lights of a mesh that is placed, as bright `together` in its middle. Empty if they give no light there.
+    /// Returns the lights of a placed mesh, scaled to the total intensity `together` at its centre. Empty if they give no light
+/// there.
     pub(in crate::format) fn placed_lights(
         &self,
         transform: &Transform,

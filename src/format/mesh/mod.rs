@@ -1,7 +1,7 @@
 //! Meshes of every format, as one type.
 //!
-//! [`load`] reads a file; [`parse`] reads bytes and asks for the files that the mesh names. [`MeshFormat::of`] decides
-//! on the format: by the first bytes if they are unmistakable, else by the file's extension.
+//! [`load`] reads a file; [`parse`] reads bytes and calls back for the files that the mesh names. [`MeshFormat::of`] detects
+//! the format by the first bytes if they are unmistakable, else by the file's extension.
 
 mod cloud;
 mod lights;
@@ -34,13 +34,13 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
-/// A mesh and what its file says about how to show it.
+/// A mesh, with the surfaces, cameras and lights of its file.
 #[derive(Debug, Default)]
 pub struct LoadedMesh {
-    /// Positions, normals, colours and triangles in the file's own coordinates: nothing is turned or scaled. Colours are
-    /// display values from 0 to 1, as those of [`Surface`].
+    /// Positions, normals, colours and triangles in the file's coordinates, not rotated or scaled. Colours are display values
+    /// from 0 to 1, like those of [`Surface`].
     pub columns: TriangleMesh,
-    /// Parts that stand in many places and are stored once; empty but for glTF files read with [`Sharing`].
+    /// Parts that are stored once and placed several times; only in glTF files read with [`Sharing`].
     pub shared: Vec<SharedMesh>,
     /// The surfaces that the file describes; may be empty.
     pub surfaces: Vec<Surface>,
@@ -48,7 +48,7 @@ pub struct LoadedMesh {
     pub surface_of: Vec<u32>,
     /// The images that the textures of `surfaces` show.
     pub images: Vec<Image>,
-    /// What becomes of the vertices if the file has no faces, and the lines between them; `None` if it has any.
+    /// How vertices of a file without faces become spheres, and the lines between them; `None` if it has faces.
     pub cloud: Option<Cloud>,
     /// The file's perspective cameras, in its own coordinates.
     pub cameras: Vec<MeshCamera>,
@@ -59,7 +59,7 @@ pub struct LoadedMesh {
     pub up: UpAxis,
     /// Whether the file says so, or octray assumes it.
     pub up_source: UpSource,
-    /// Warnings: what is missing, and what the file holds but octray does not read. Each begins with a file's path.
+    /// Warnings about missing files and ignored contents. Each begins with a file's path.
     pub notes: Vec<String>,
     /// The files of textures that the mesh names, read or not.
     pub texture_files: Vec<PathBuf>,
@@ -114,9 +114,9 @@ pub struct Surface {
     pub specular: [f32; 3],
     /// Exponent of the highlight.
     pub alpha: u32,
-    /// Whether it is shown as it is, without light.
+    /// Whether it is shown without light.
     pub is_unlit: bool,
-    /// The glass that it bounds, shown instead of its colours; its tint is a display value, too.
+    /// Glass, shown instead of its colours; its tint is a display value, too.
     pub glass: Option<Material>,
     /// Textures, with indices into [`LoadedMesh::images`], and emission, a display value as the other colours.
     pub textures: SurfaceTextures,
@@ -133,7 +133,7 @@ impl Surface {
         textures: SurfaceTextures::NONE,
     };
 
-    /// The surface of what has colours of its own and no material: white, so that the colours are true.
+    /// White, for meshes with vertex colours and no material, so that the colours are unchanged.
     pub const WHITE: Self = Self {
         diffuse: [1.0; 3],
         specular: [0.06; 3],
@@ -153,12 +153,12 @@ impl Surface {
         textures: SurfaceTextures::NONE,
     };
 
-    /// The surface of what has no material.
+    /// The surface of triangles without a material.
     pub(super) fn without_material(has_colors: bool) -> Self {
         if has_colors { Self::WHITE } else { Self::NEUTRAL }
     }
 
-    /// The surface as Blinn-Phong, as a silhouette if no light falls on it, or as glass.
+    /// The surface as Blinn-Phong, as a silhouette if it is unlit, or as glass.
     #[must_use]
     pub fn material(&self) -> Material {
         if let Some(glass) = self.glass {
@@ -182,18 +182,18 @@ impl Surface {
 pub struct MeshCamera {
     /// Its name; empty if the file gives it none.
     pub name: String,
-    /// Where it stands.
+    /// Its position.
     pub eye: DVec3,
     /// A point that it looks at.
     pub target: DVec3,
-    /// Which way is up in its picture.
+    /// The up vector.
     pub up: DVec3,
     /// Perspective or orthographic.
     pub projection: Projection,
 }
 
 impl MeshCamera {
-    /// How it looks at the mesh.
+    /// Returns its view of the mesh.
     #[must_use]
     pub fn view(&self) -> View {
         View {
@@ -288,7 +288,7 @@ impl LoadedMesh {
     }
 }
 
-/// Puts the channels of colours into 0 to 1 and returns how many colours were not. They are finite.
+/// Clamps the channels of finite colours to 0 to 1 and returns how many colours were outside.
 pub(super) fn clamp_colors(colors: &mut [[f32; 3]]) -> usize {
     let clamp = |color: &mut [f32; 3]| {
         let before = *color;
@@ -321,7 +321,7 @@ pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result
     load_budgeted(path, asked, &Budget::new(memory))
 }
 
-/// As [`load_within`], and parts that stand in many places may be stored once, in [`LoadedMesh::shared`].
+/// As [`load_within`]; parts that are placed several times may be stored once, in [`LoadedMesh::shared`].
 ///
 /// # Errors
 /// [`LoadError`], as for [`load`].
@@ -334,7 +334,7 @@ pub fn load_shared(
     load_budgeted(path, asked, &Budget::new(memory).with_sharing(sharing))
 }
 
-/// As [`load_shared`], of a mesh to be shown; images of textures are read only if the mesh `shows_images`.
+/// As [`load_shared`]; images of textures are read only if the mesh `shows_images`.
 #[cfg(feature = "cli")]
 pub(crate) fn load_shown(
     path: &Path,
@@ -360,8 +360,8 @@ fn load_budgeted(path: &Path, asked: &mut Vec<PathBuf>, budget: &Budget) -> Resu
 /// This many bytes tell whether an .obj file is text.
 const TEXT_HEAD: usize = 4096;
 
-/// Reads a mesh from its file, piece by piece if its format allows it. What it takes is taken from the budget; `open`
-/// takes the bytes that it gives.
+/// Reads a mesh from its file, piece by piece if its format allows it. Its memory is taken from the budget; `open` takes the
+/// bytes that it returns from the budget, too.
 pub(super) fn read(
     opened: Opened,
     path: &Path,
@@ -385,8 +385,8 @@ pub(super) fn read(
     }
 }
 
-/// Reads a mesh from the bytes of its file. `path` stands for the file in errors; its extension tells the format if the
-/// bytes do not. `open` gives the bytes of files that the mesh names (an .mtl, a .bin), by paths joined to its folder.
+/// Reads a mesh from the bytes of its file. `path` is the file's name in errors; its extension determines the format if the
+/// bytes do not. `open` provides the files that the mesh names (an .mtl, a .bin), by paths joined to its folder.
 ///
 /// # Errors
 /// [`LoadError`], as for [`load`].
@@ -407,7 +407,7 @@ pub fn parse_within(
     parse_budgeted(bytes, path, open, &Budget::new(memory))
 }
 
-/// As [`parse`], and parts that stand in many places may be stored once, in [`LoadedMesh::shared`].
+/// As [`parse`]; parts that are placed several times may be stored once, in [`LoadedMesh::shared`].
 ///
 /// # Errors
 /// [`LoadError`], as for [`load`].
@@ -440,7 +440,7 @@ fn unknown_format(path: &Path) -> LoadError {
     LoadError::whole_file(path, format!("unknown kind of file, {}", MeshFormat::EXPECTED))
 }
 
-/// As [`parse`], of a known format. The bytes are taken from the budget already.
+/// As [`parse`], for a known format. The bytes are already taken from the budget.
 pub(super) fn parse_as(
     format: MeshFormat,
     bytes: &[u8],

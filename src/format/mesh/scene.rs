@@ -26,7 +26,7 @@ impl LoadedMesh {
         }
     }
 
-    /// Makes linear light of the display values of all colours and images, for pictures that are written with the sRGB curve.
+    /// Converts the display values of all colours and images to linear light, for pictures that are written with the sRGB curve.
     pub fn linearize(&mut self) {
         let linear = |color: &mut [f32; 3]| {
             for channel in color {
@@ -52,9 +52,9 @@ impl LoadedMesh {
         }
     }
 
-    /// Adds the mesh, or the spheres and tubes of its points and lines, to a scene: with `material` alone if given, else with its own surfaces
-    /// and colours. What has no surface is [`Surface::WHITE`] if there are colours, else [`Surface::NEUTRAL`]. Shared parts
-    /// become prototypes and instances.
+    /// Adds the mesh, or the spheres and tubes of its points and lines, to a scene: with only `material` if given, else with
+    /// its own surfaces and colours. Without surfaces it is [`Surface::WHITE`] if there are colours, else
+    /// [`Surface::NEUTRAL`]. Shared parts become prototypes and instances.
     ///
     /// # Errors
     /// [`SceneError`], as for [`SceneBuilder::add_mesh`], [`SceneBuilder::add_spheres`] and

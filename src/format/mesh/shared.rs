@@ -1,28 +1,28 @@
-//! Parts of meshes that stand in several places and are stored once.
+//! Parts of meshes that are stored once and placed several times.
 
 use super::LoadedMesh;
 use crate::scene::{PlacedMesh, Transform, TriangleMesh};
 
-/// A part of a mesh that is stored once and stands in several places.
+/// A part of a mesh that is stored once and placed several times.
 #[derive(Debug, Default)]
 pub struct SharedMesh {
     /// Positions, normals, colours and triangles, before they are placed; else as [`LoadedMesh::columns`].
     pub columns: TriangleMesh,
     /// An index into [`LoadedMesh::surfaces`] for each triangle; empty if there are none.
     pub surface_of: Vec<u32>,
-    /// Where it stands, in the file's coordinates. Each of these can place an instance.
+    /// Its placements, in the file's coordinates. Each of them can place an instance.
     pub placements: Vec<Transform>,
 }
 
-/// What becomes of a mesh that a file places several times.
+/// How a mesh that a file places several times is stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sharing {
-    /// It is stored once for each place.
+    /// Baked: once for each placement.
     #[default]
     Never,
-    /// It is stored once where that saves much memory: instances take more time to trace.
+    /// Once if that saves much memory, because instances are slower to trace.
     WherePays,
-    /// It is stored once.
+    /// Once.
     Always,
 }
 
@@ -43,7 +43,7 @@ impl LoadedMesh {
         self.arrays().any(|columns| !columns.colors.is_empty())
     }
 
-    /// Returns all parts and where they stand.
+    /// Returns all parts and their placements.
     #[must_use]
     pub fn placed(&self) -> Vec<PlacedMesh<'_>> {
         let shared = self.shared.iter().map(|part| PlacedMesh {

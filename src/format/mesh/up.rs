@@ -1,4 +1,4 @@
-//! Which axis of a mesh points up, how that is known, and a check that finds meshes that lie on their side.
+//! The up axis of a mesh, its source, and a check for meshes that lie on their side.
 
 use super::MeshFormat;
 use crate::scene::TriangleMesh;
@@ -10,9 +10,9 @@ use std::{fmt, str::FromStr};
 pub enum UpAxis {
     /// x points up.
     X,
-    /// y points up: glTF by its specification; OBJ and PLY by habit.
+    /// y points up: glTF by its specification; OBJ and PLY by convention.
     Y,
-    /// z points up: `.scn` scenes, and STL by habit.
+    /// z points up: `.scn` scenes, and STL by convention.
     #[default]
     Z,
     /// x points down.
@@ -60,7 +60,7 @@ impl UpAxis {
         }
     }
 
-    /// Where the mesh's front faces, as a unit vector: +z if y is up, as in glTF; -y if z is up, as in Blender.
+    /// The direction that the mesh's front faces, a unit vector: +z if y is up, as in glTF; -y if z is up, as in Blender.
     #[must_use]
     pub fn front(self) -> DVec3 {
         match self {
@@ -71,7 +71,7 @@ impl UpAxis {
         }
     }
 
-    /// The right-hand side for a viewer who faces the front.
+    /// The direction to the right for a viewer who faces the front.
     #[must_use]
     pub fn right(self) -> DVec3 {
         self.vector().cross(self.front())
@@ -113,13 +113,13 @@ impl FromStr for UpAxis {
     }
 }
 
-/// How the up axis of a mesh is known.
+/// The source of a mesh's up axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum UpSource {
     /// The file or the specification of its format says so.
     #[default]
     Stated,
-    /// Most programs that write this format do it so; the format has no field for it.
+    /// A convention of most programs that write this format, which has no field for it.
     Assumed(MeshFormat),
 }
 

@@ -1,4 +1,4 @@
-//! The errors about values, with their places.
+//! Errors about values, with their places.
 
 use super::{
     header::{Element, Role},

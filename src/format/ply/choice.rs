@@ -63,8 +63,8 @@ impl Header {
         }
     }
 
-    /// Skips what would not be shown: texture coordinates without an image or faces, those of vertices beside those of
-    /// corners, and colours of faces beside those of vertices.
+    /// Skips what would not be shown: texture coordinates without an image or faces, those of vertices if corners have
+    /// some, and colours of faces if vertices have some.
     pub(super) fn choose(&mut self) {
         self.choose_edges();
         let is_corner_uvs = |step: &Step| matches!(step, Step::CornerUvs { .. });
@@ -107,7 +107,7 @@ impl Header {
         }
     }
 
-    /// Leaves colours and textures out: what a mesh could not have, such as NaN, is no fault then.
+    /// Ignores colours and textures: values that would be faults, such as NaN, are then allowed.
     pub(super) fn skip_colors(&mut self) {
         (self.has_colors, self.has_face_colors) = (false, false);
         (self.has_uvs, self.has_corner_uvs, self.has_texture_numbers) = (false, false, false);
@@ -143,7 +143,7 @@ impl Header {
         }
     }
 
-    /// What the file holds and is not read.
+    /// The contents of the file that are not read.
     pub(super) fn left_out(&self) -> LeftOut {
         let mut left_out = LeftOut::default();
         for element in self.elements.iter().filter(|element| element.count > 0) {

@@ -20,7 +20,7 @@ pub(super) struct Faces<'a> {
     pub(super) paint: Paint,
     /// How many texture coordinates are not usable.
     pub(super) odd_uvs: usize,
-    /// What all take their memory from.
+    /// The memory budget of all.
     pub(super) budget: &'a Budget,
 }
 

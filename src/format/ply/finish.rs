@@ -1,4 +1,4 @@
-//! From what was read to a mesh with its surfaces, images and notes.
+//! Makes the mesh with its surfaces, images and notes.
 
 use super::{
     faces::Faces,
@@ -77,7 +77,8 @@ pub(super) fn finish(
     })
 }
 
-/// The surface of each look, and the images that they show. Adds the notes about textures, and about all that the file holds and octray does not read.
+/// The surface of each look, and the images that they show. Adds the notes about textures and about everything that is left
+/// out.
 fn surfaces(
     faces: &Faces<'_>,
     has_colors: bool,
@@ -183,7 +184,7 @@ fn paint_notes(paint: &Paint, header: &Header, path: &Path) -> Vec<String> {
     notes
 }
 
-/// Gives corners their texture coordinates. A vertex at which they differ becomes several.
+/// Gives corners their texture coordinates. A vertex whose corners differ becomes several.
 fn split(
     mesh: &mut TriangleMesh,
     triangles: &mut [[u32; 3]],

@@ -1,5 +1,5 @@
-//! The fast path for binary records of equal size, as most programs write them: pieces are read in parallel, straight into
-//! the arrays. Other layouts and faults are left to the slow path (`rows.rs`), which finds their place.
+//! The fast path for binary records of equal size, as most programs write them: pieces are read in parallel, directly into
+//! the arrays. Other layouts and faults are left to the slow path (`rows.rs`), which locates them.
 
 use super::{
     faces::{Faces, upper_left},
@@ -205,7 +205,7 @@ fn read_colors<const BIG_ENDIAN: bool>(
     colors: &mut [[f32; 3]],
 ) -> bool {
     let records = records.chunks_exact(stride).zip(colors);
-    // Nearly always: three bytes side by side.
+    // Nearly always: three adjacent bytes.
     let [(first, _), ..] = parts;
     if parts == [first, first + 1, first + 2].map(|offset| (offset, ScalarType::U8)) {
         let full = color_scale(ScalarType::U8);
@@ -248,7 +248,7 @@ fn triples<const BIG_ENDIAN: bool>(
         put(i, triple);
     };
     let records = records.chunks_exact(stride).enumerate();
-    // Nearly always: three floats side by side.
+    // Nearly always: three adjacent floats.
     let [(first, _), ..] = parts;
     if parts == [first, first + 4, first + 8].map(|offset| (offset, ScalarType::F32)) {
         for (i, record) in records {

@@ -1,4 +1,4 @@
-//! The fast path for text with one record a line, as most programs write it: blocks of lines are read in parallel. Other
+//! The fast path for text with one record per line, as most programs write it: blocks of lines are read in parallel. Other
 //! layouts and faults are left to the slow path (`rows.rs`).
 
 use super::{
@@ -161,7 +161,7 @@ struct FaceLine {
     vertices: usize,
 }
 
-/// Reads triangles, each straight into its place; `None` if a face is not a triangle.
+/// Reads triangles directly into the array; `None` if a face is not a triangle.
 fn triangles(
     blocks: &[Block<'_>],
     layout: &FaceLine,
@@ -252,7 +252,7 @@ fn vertex(rest: &mut &[u8], slots: &[usize]) -> Option<[f32; SKIPPED + 1]> {
 fn face(rest: &mut &[u8], layout: &FaceLine, faces: &mut Faces<'_>) -> Option<()> {
     pass_numbers(rest, layout.before)?;
     let corners = whole(rest)?;
-    // A number of two bytes for each corner, or the slow path refuses the count.
+    // Each corner needs at least two bytes; otherwise the slow path rejects the count.
     if corners as usize > rest.len() / 2 {
         return None;
     }

@@ -11,8 +11,8 @@
 //! header ── choice: what is shown ── rows, painted; fixed, lines: fast paths ── finish: images, surfaces
 //! ```
 //!
-//! serde-ply parses the header. Our own loops read the values: they know the place of every error, write straight into
-//! the arrays, and never trust a count that the file is too short for.
+//! serde-ply parses the header. Our own loops read the values: they locate every error, write directly into the arrays, and
+//! never trust a count that exceeds the file.
 //!
 //! Format: Greg Turk, *The PLY Polygon File Format*, 1994.
 
@@ -74,8 +74,8 @@ pub fn parse(bytes: &[u8], name: &Path) -> Result<TriangleMesh, LoadError> {
     parse_mesh(bytes, name, Some(no_images), &Budget::unlimited()).map(|mesh| mesh.columns)
 }
 
-/// As [`parse`], with what else the file holds. `open` gives the images that it names; without it, colours and textures
-/// are left out.
+/// As [`parse`], with the file's other contents. `open` provides the images that it names; without it, colours and textures
+/// are ignored.
 pub(super) fn parse_mesh(
     bytes: &[u8],
     name: &Path,
@@ -86,7 +86,7 @@ pub(super) fn parse_mesh(
     finish(read, &header, name, open, budget)
 }
 
-/// Reads a mesh piece by piece if its layout allows it, so that the file's bytes are not kept beside the mesh.
+/// Reads a mesh piece by piece if its layout allows it, so that the file is never in memory together with the mesh.
 pub(super) fn read(
     opened: Opened,
     name: &Path,

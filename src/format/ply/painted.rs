@@ -20,7 +20,7 @@ use std::collections::HashMap;
 /// A triangle without texture coordinates.
 const NO_UVS: [[u32; 2]; 3] = [[NONE; 2]; 3];
 
-/// How many looks may have any colour; further ones are rounded. A scene needs other materials, too.
+/// How many looks may have exact colours; further ones are rounded. A scene needs other materials, too.
 const MOST_EXACT: usize = MAX_MATERIALS / 2;
 
 /// How many looks may have a colour.
@@ -204,7 +204,7 @@ impl Faces<'_> {
         paint.add(Look { color, texture }, end, budget)
     }
 
-    /// Paints the triangles before `end` that are not painted yet: strips, and faces that say nothing.
+    /// Paints the triangles before `end` that are not painted yet: strips, and faces without colours.
     pub(super) fn paint_plain(&mut self, end: usize, header: &Header) -> Result<(), BudgetError> {
         let (paint, budget) = (&mut self.paint, self.budget);
         let missing = end - paint.look_of.len();
@@ -242,7 +242,7 @@ impl Paint {
         Ok(())
     }
 
-    /// A look for which there is room: this one, or one that is like it.
+    /// A look within the limits: this one, or one that is rounded or has no colour.
     fn fitting(&self, look: Look) -> Look {
         let fits = |look: &Look, most| self.looks.len() < most || self.numbers.contains_key(look);
         if look.color.is_none() || fits(&look, MOST_EXACT) {
@@ -268,7 +268,7 @@ impl Paint {
         Ok(number)
     }
 
-    /// Forgets which looks are known.
+    /// Frees the lookup table of looks.
     pub(super) fn forget_looks(&mut self, budget: &Budget) {
         budget.give_back(self.numbers.len() * ENTRY_BYTES);
         self.numbers = HashMap::new();

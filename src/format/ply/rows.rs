@@ -1,4 +1,4 @@
-//! Reads records value by value, for any encoding and layout, and places every error.
+//! Reads records value by value, for any encoding and layout, and locates every error.
 
 use super::{
     at::At,
@@ -115,7 +115,7 @@ pub(super) trait Values {
     }
 }
 
-/// Reads all elements up to the last one that a mesh needs.
+/// Reads all elements up to the last one needed for a mesh.
 pub(super) fn read_all<'b, V: Values>(
     header: &Header,
     values: &mut V,
@@ -223,7 +223,7 @@ fn vertex_number<V: Values>(
     })
 }
 
-/// Reserves arrays for all vertices. The header was refused if the file is too short for them.
+/// Reserves arrays for all vertices. The header check ensures that the file is long enough for them.
 fn reserve_vertices(
     element: &Element,
     header: &Header,

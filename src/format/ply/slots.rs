@@ -1,4 +1,4 @@
-//! The numbers of records that are kept, and what programs call them.
+//! The numbers of records that are kept, and the names that programs give them.
 
 use super::header::Role;
 use serde_ply::PropertyType;
@@ -11,13 +11,13 @@ pub(super) const COLOR_SLOT: usize = 6;
 pub(super) const UV_SLOT: usize = 9;
 /// The names of the first slots.
 pub(super) const VERTEX_SLOTS: [&str; COLOR_SLOT] = ["x", "y", "z", "nx", "ny", "nz"];
-/// What programs call the channels of a colour. A file's first complete set counts.
+/// Names of the channels of a colour. A file's first complete set is used.
 const COLOR_NAMES: [[&str; 3]; 3] = [
     ["red", "green", "blue"],
     ["diffuse_red", "diffuse_green", "diffuse_blue"],
     ["r", "g", "b"],
 ];
-/// What programs call texture coordinates of vertices, likewise.
+/// Names of texture coordinates of vertices, likewise.
 const UV_NAMES: [[&str; 2]; 4] = [
     ["s", "t"],
     ["u", "v"],

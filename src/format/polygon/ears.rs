@@ -1,7 +1,7 @@
 //! Cuts the ears off a large polygon: triangles of a corner and its neighbours that hold no other corner.
 //!
-//! A corner can only become an ear when a neighbour is cut off, so at most three times as many corners are tested as there
-//! are, each against the reflex corners: quadratic time at worst, also for polygons whose sides cross.
+//! A corner can only become an ear when a neighbour is cut off, so each corner is tested at most three times on average,
+//! against the reflex corners: quadratic time at worst, also for polygons whose sides cross.
 //!
 //! After O'Rourke, *Computational Geometry in C*, 1998, section 1.4.
 
@@ -36,7 +36,7 @@ struct Ring<'a> {
     before: Vec<usize>,
     after: Vec<usize>,
     is_cut: Vec<bool>,
-    /// Corners that do not turn the polygon's way. Some may by now: cutting makes no new ones.
+    /// The initial reflex corners: some may be convex by now, and cutting makes no new ones.
     reflex: Vec<usize>,
 }
 

@@ -1,4 +1,4 @@
-//! Takes the words of a statement in turn: numbers, keys and the numbers of keys.
+//! Takes the words of a statement in order: numbers, keys and the numbers of keys.
 
 use super::{
     line::Line,
@@ -241,7 +241,7 @@ impl<'l, 'a> Arguments<'l, 'a> {
             })
     }
 
-    /// A number in `f64`, for values that enter a computation before they are rounded. At most as large as coordinates.
+    /// A number in `f64`, for computations before rounding. At most as large as coordinates.
     pub(super) fn precise(&self, word: Word<'_>, what: &str) -> Result<f64, LoadError> {
         let value = word.as_str().and_then(|text| text.parse::<f64>().ok());
         match value {

@@ -7,21 +7,21 @@ use crate::{
 };
 use std::ops::Range;
 
-/// What moves: the statement above the keyframes, which adds nothing to the scene until they have been read.
+/// The statement above keyframes, which is added to the scene after they have been read.
 pub(super) struct Moved {
     pub(super) what: MovedThing,
-    /// Errors about all keyframes together are placed there.
+    /// The place of errors about all keyframes together.
     at: SourcePos,
     line: Vec<u8>,
     word: Range<usize>,
-    /// The error, should there be no second keyframe.
+    /// The error if there is no second keyframe.
     lonely: Option<LoadError>,
 }
 
 pub(super) enum MovedThing {
     Instances {
         prototype: PrototypeId,
-        /// How they are placed before they move.
+        /// Placements before the motion.
         transforms: Vec<Transform>,
         motion: Motion,
     },
@@ -96,7 +96,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Adds what moves, once its keyframes have been read.
+    /// Adds the moving instances or camera after the keyframes have been read.
     pub(super) fn end_motion(&mut self) -> Result<(), LoadError> {
         let Some(moved) = self.moved.take() else {
             return Ok(());

@@ -72,7 +72,7 @@ impl Reader<'_> {
     }
 }
 
-/// The view of a keyframe: that of the camera's line, except what is given.
+/// The view of a keyframe: that of the camera's line, with the given keys replaced.
 pub(super) fn keyframe(arguments: &mut Arguments<'_, '_>, own: &View) -> Result<View, LoadError> {
     let end = arguments.keyword.end();
     let (view, places) = view(arguments, end, Some(own))?;
@@ -88,7 +88,7 @@ fn checked(arguments: &Arguments<'_, '_>, view: &View, places: &Places<'_>) -> R
     })
 }
 
-/// Reads the keys; `end` is where the words before them end. What is missing is as in `own`, if there is one.
+/// Reads the keys; `end` is where the words before them end. Missing keys are taken from `own`, if there is one.
 fn view<'a>(
     arguments: &mut Arguments<'_, 'a>,
     mut end: usize,

@@ -1,4 +1,4 @@
-//! How many frames a scene has, found without loading it: pictures are named and checked before.
+//! Finds the number of frames of a scene without loading it, because pictures are named and checked before.
 
 use super::words::split;
 use crate::{
@@ -11,13 +11,13 @@ use crate::{
 };
 use std::path::Path;
 
-/// How deep includes are followed. What nests deeper is refused when it is loaded.
+/// How deep includes are followed. Deeper ones are refused when the scene is loaded.
 const MAX_DEPTH: usize = 16;
 
 /// How many files are read. More are refused when the scene is loaded.
 const MAX_FILES: usize = 1024;
 
-/// What is left to read.
+/// The state of the scan.
 struct Scan {
     files: usize,
     bytes: u64,
@@ -25,8 +25,7 @@ struct Scan {
     last: Option<f64>,
 }
 
-/// The number of frames of a scene file, `None` if it has no keyframe. Faults of its text are left to be found when it is
-/// loaded.
+/// The number of frames of a scene file, `None` if it has no keyframe. Faults of its text are reported when it is loaded.
 ///
 /// # Errors
 /// [`LoadError`] if the file cannot be read.

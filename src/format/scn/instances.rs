@@ -16,11 +16,11 @@ use crate::{
 };
 use std::path::Path;
 
-/// What prototypes differ in: the number of the file, the material, and the bits of the radius of points.
+/// The key of a prototype: the number of the file, the material, and the bits of the radius of points.
 pub(super) type Stored = (usize, Option<MaterialId>, u32);
 
 impl Reader<'_> {
-    /// `instance PATH ...`: a mesh of any format as `mesh` has it, stored once; or many of them, placed by a file.
+    /// `instance PATH ...`: a mesh of any format, stored once, with one placement or those of a file.
     pub(super) fn instance(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         let [word] = arguments.leading()?;
         arguments.hint = QUOTES_HINT;

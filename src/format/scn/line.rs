@@ -10,7 +10,7 @@ pub(super) struct Line<'a> {
     /// 1-based.
     pub(super) number: u32,
     pub(super) bytes: &'a [u8],
-    /// The text behind it.
+    /// The text after it.
     pub(super) rest: &'a [u8],
 }
 

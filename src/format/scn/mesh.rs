@@ -21,8 +21,8 @@ const MAX_MESHES: usize = 1 << 16;
 /// How many notes about its meshes a scene keeps.
 const MAX_NOTES: usize = 1000;
 
-/// Equal for equal meshes: the number of the file, the bits of the transform and of the radius of points, and whether
-/// colours and points are shown, and the bits of what its lights give.
+/// Equal for equal meshes: the number of the file, the bits of the transform, of the radius of points and of the intensity
+/// of lights, and whether colours and points are shown.
 pub(super) type Placed = (usize, [u64; 12], u32, bool, u32);
 
 /// How a mesh is placed.
@@ -31,11 +31,11 @@ pub(super) struct Placement<'a> {
     pub(super) transform: Transform,
     /// Radius of the points and lines of a file without faces, scene units; by their spacing or size if `None`.
     pub(super) point_radius: Option<f32>,
-    /// A file of placements, and what comes before each of them.
+    /// A file of placements, and the transform before each of them.
     pub(super) file: Option<(Transform, Word<'a>)>,
-    /// What a white surface in the middle of the mesh reflects of the file's lights; `None` without them.
+    /// The total intensity of the file's lights at the centre of the mesh; `None` without them.
     pub(super) lights: Option<f32>,
-    /// Whether the mesh is stored for instances: then its cameras are left out.
+    /// Whether the mesh is stored for instances, without its cameras.
     pub(super) is_stored: bool,
 }
 
@@ -77,8 +77,8 @@ impl Reader<'_> {
         self.add_mesh(&arguments, path, placement, self.material, Kind::Any)
     }
 
-    /// Adds a mesh, unless the same one stands there already: at equal t the lowest id wins, so the copy would be
-    /// invisible. Ten thousand lines that name one mesh cost no more than one.
+    /// Adds a mesh, unless it is already placed there: at equal t the lowest id wins, so the copy would be invisible. Ten
+    /// thousand identical lines cost no more than one.
     fn add_mesh(
         &mut self,
         arguments: &Arguments<'_, '_>,
@@ -160,7 +160,8 @@ impl Reader<'_> {
         })
     }
 
-    /// Adds the lights of a mesh, `loaded` or else kept, which give `together` in its middle. The error is a sentence.
+    /// Adds the lights of a mesh, `loaded` or else kept, with the total intensity `together` at its centre. The error is a
+/// sentence.
     fn light_up(
         &mut self,
         number: usize,
@@ -195,7 +196,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Adds a mesh and what it brings: `loaded`, or else a copy of the one that is kept. The error is a sentence.
+    /// Adds a mesh with its cameras, lights and notes: `loaded`, or else a copy of the kept one. The error is a sentence.
     pub(super) fn place(
         &mut self,
         number: usize,
@@ -257,7 +258,7 @@ impl Reader<'_> {
     }
 }
 
-/// Notes that only points and lines have a size.
+/// Adds a note if a file with faces has a `point_size`.
 pub(super) fn note_faces(loaded: Option<&mut LoadedMesh>, path: &Path, point_radius: Option<f32>) {
     if let (Some(mesh), Some(_)) = (loaded.filter(|mesh| mesh.cloud.is_none()), point_radius) {
         let path = clip_path(path);

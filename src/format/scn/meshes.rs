@@ -58,7 +58,7 @@ struct MeshFile {
 /// A mesh that is placed again.
 struct Kept {
     kind: Kind,
-    /// Whether its images were wanted when it was read.
+    /// Whether its images were read.
     has_images: bool,
     mesh: LoadedMesh,
 }
@@ -151,8 +151,8 @@ impl Meshes {
         kept.map_or(&[], |kept| &kept.mesh.cameras)
     }
 
-    /// Adds a mesh that was read, as [`LoadedMesh::add_to`] does, but for materials and images that are there already. The
-    /// error is a sentence.
+    /// Adds a mesh that was read, like [`LoadedMesh::add_to`], except materials and images that exist already. The error is a
+    /// sentence.
     pub(super) fn add(
         &mut self,
         number: usize,
@@ -225,7 +225,7 @@ impl Meshes {
     }
 }
 
-/// Counts bytes that were read again or copied.
+/// Counts bytes that are read again or copied.
 fn count(copied: &mut u64, bytes: usize) -> Result<(), String> {
     *copied = copied.saturating_add(bytes as u64);
     if *copied > MAX_COPIED_BYTES {
@@ -245,8 +245,7 @@ fn copied<T: Copy>(from: &[T], budget: &Budget) -> Result<Vec<T>, String> {
     Ok(copy)
 }
 
-/// Leaves out what classic scenes do not know, and says so; also that lights are left out unless the first placement takes
-/// them.
+/// Removes contents that classic scenes do not have, with a note, and notes lights unless the first placement takes them.
 fn leave_out(mesh: &mut LoadedMesh, (kind, takes_lights): (Kind, bool), path: &Path) {
     let mut left_out = LeftOut::default();
     if !takes_lights {

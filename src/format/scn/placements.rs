@@ -1,11 +1,11 @@
 //! Files of placements: text, or an array as numpy saves it.
 //!
-//! The header of an array is one line of Python in a fixed form; crates that read it bring a parser of the language.
+//! The header of an array is one line of Python in a fixed form; crates that read it include a Python parser.
 
 use crate::{error::LoadError, scene::MAX_COORDINATE};
 use std::path::Path;
 
-/// A matrix by rows, each with what is added behind it.
+/// A 3x4 matrix by rows.
 pub(super) type Rows = [[f64; 4]; 3];
 
 /// How many numbers a placement may have: a position, a matrix of three rows and four columns, or one of four rows.
@@ -17,7 +17,7 @@ const EXPECTED: &str =
 /// The first bytes of a numpy array (NEP 1, *A Simple File Format for NumPy Arrays*).
 const NUMPY: &[u8] = b"\x93NUMPY";
 
-/// Hands all placements of a file to `take`, whose error is a sentence.
+/// Passes all placements of a file to `take`, whose error is a sentence.
 pub(super) fn read(
     bytes: &[u8],
     path: &Path,

@@ -10,7 +10,7 @@ use glam::Vec3;
 /// The kinds of materials; the first four in the order of their classic numbers.
 const KINDS: [&str; 5] = ["silhouette", "matte", "blinn_phong", "reflection", "glass"];
 
-/// What other programs call them.
+/// Names of materials in other programs.
 const OTHER_NAMES: [(&str, &str); 8] = [
     ("phong", "blinn_phong"),
     ("blinn", "blinn_phong"),
@@ -22,7 +22,7 @@ const OTHER_NAMES: [(&str, &str); 8] = [
     ("transparent", "glass"),
 ];
 
-/// Gives meshes the look of their files again, as before the first `material`.
+/// Gives meshes the materials of their files again, as before the first `material`.
 const OWN: &str = "own";
 
 const BACKGROUND_USAGE: &str = "background r g b";
@@ -222,11 +222,11 @@ impl Reader<'_> {
     }
 }
 
-/// Words by what they are.
+/// Words by their role.
 type Named<'a> = Vec<(&'static str, Word<'a>)>;
 
-/// A material of a kind: the defaults, except the constants that keys change. Its colour is white if it has a
-/// checkerboard. Also what stands beside it, and the numbers that only the builder checks, by their keys.
+/// A material of a kind: the defaults, with the constants of keys replaced. Its colour is white if it has a checkerboard.
+/// Also returns its textures, and the numbers that only the builder checks, by their keys.
 fn read_material<'a>(
     kind: usize,
     arguments: &mut Arguments<'_, 'a>,
@@ -337,7 +337,7 @@ fn checker(
     }
 }
 
-/// The error that a statement stands in the scene twice.
+/// The error about a repeated statement.
 pub(super) fn again(arguments: &Arguments<'_, '_>, what: &str, first: &SourcePos) -> LoadError {
     let message = format!("second {what}, expected one; the first is at {first}");
     arguments.line.error_at(&arguments.keyword, message)

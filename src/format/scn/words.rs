@@ -60,7 +60,7 @@ enum Kind {
 }
 
 impl Kind {
-    /// The kind of the word behind `words`.
+    /// The kind of the word after `words`.
     fn next(words: &[Word<'_>]) -> Self {
         match words.first().map(|statement| statement.text) {
             Some(b"ply_file" | b"mesh" | b"instance" | b"environment" | b"include") if words.len() == 1 => {

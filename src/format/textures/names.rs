@@ -1,5 +1,5 @@
-//! Where the image lies that a mesh names. An absolute path is mostly one of the machine that wrote the mesh, while the
-//! image lies beside the mesh.
+//! Finds the image that a mesh names. An absolute path usually belongs to the machine that wrote the mesh, while the image
+//! is next to the mesh.
 
 use super::{super::left_out::counted, reason};
 use crate::{

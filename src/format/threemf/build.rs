@@ -1,6 +1,6 @@
 //! Places what a model builds: items, their components, and the components of these.
 //!
-//! All of it is counted before any of it is placed, so that a file whose components multiply is refused at once.
+//! Everything is counted before any of it is placed, so that a file whose components multiply is refused at once.
 
 use super::{
     model::{Mesh, Model, Reference, Shape, parse},

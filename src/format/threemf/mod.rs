@@ -3,8 +3,8 @@
 //! Reads the meshes and components of everything that is built, from several model parts, too, with base materials,
 //! colours of corners and textures. A note lists what it does not read.
 //!
-//! Why not lib3mf: it is C++. Crates of the registry read no properties, or build a tree of the whole file before they
-//! know its size, and their errors have no place.
+//! Why not lib3mf: it is C++. The existing crates read no properties, or build a tree of the whole file before its size is
+//! known, and report no line and column.
 //!
 //! Formats: *3MF Core Specification*, *Materials and Properties Extension* and *Production Extension*, 3MF Consortium.
 
