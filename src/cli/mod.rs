@@ -1,4 +1,4 @@
-//! The command line, laid out as the way of a call:
+//! The command line; its modules follow a call:
 //!
 //! ```text
 //! args     command line and config file (clap)
@@ -28,8 +28,8 @@ pub use process::{MemoryRefusal, out_of_memory};
 
 use std::{ffi::OsString, process::ExitCode, time::Instant};
 
-/// Runs the program with the process's arguments. `limit_memory` takes the most bytes that the allocator may give out: what
-/// estimates miss ends there.
+/// Runs the program with the process's arguments. `limit_memory` sets the allocator's limit in bytes, which catches what
+/// estimates miss.
 #[must_use]
 pub fn main(limit_memory: impl Fn(u64)) -> ExitCode {
     ExitCode::from(run(std::env::args_os().collect(), limit_memory))

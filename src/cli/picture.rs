@@ -25,7 +25,7 @@ pub fn mesh(path: &Path) -> Result<LoadedMesh, CliError> {
     Ok(format::mesh::load_within(path, &mut Vec::new(), memory)?)
 }
 
-/// What is shown.
+/// The subject of a picture.
 #[derive(Debug)]
 pub enum Subject<'a> {
     /// A scene or a mesh.
@@ -39,7 +39,7 @@ pub enum Subject<'a> {
 pub struct Picture {
     /// Red, green and blue of each pixel, row by row, the top row first: the bytes that `octray render` writes.
     pub color: Vec<u8>,
-    /// Its output variables, if they were asked for.
+    /// Its output variables, if requested.
     pub aovs: Option<Aovs>,
     /// Warnings.
     pub notes: Vec<String>,

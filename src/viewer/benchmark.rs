@@ -1,4 +1,4 @@
-//! How fast frames followed each other while the camera orbited.
+//! The benchmark: the speed of frames while the camera orbits.
 
 use serde::Serialize;
 use std::time::{Duration, Instant};

@@ -21,7 +21,7 @@ const FIRST_LEVEL: usize = 4;
 const TRUST: u32 = 30;
 /// The number of frames of each level that the median is taken of.
 const RECENT: usize = 5;
-/// Frames between two given up ones for each to count as a stutter.
+/// Frames between two cancelled ones for each to count as a stutter.
 const STUTTER: u64 = 10;
 /// How many budgets a frame may take before it becomes coarser than [`FIRST_LEVEL`]: 20 frames per second by default.
 const MOST_TIME: u32 = 3;
@@ -30,7 +30,7 @@ const FULL_TIME: u32 = 2;
 /// A finer picture is preferred if it takes at most this factor longer. On a busy machine, frames wait for the
 /// processor however few pixels they have.
 const SAME_TIME: f64 = 1.25;
-/// A frame is given up for a coarser one after this many budgets, or after twice its allowed time.
+/// A frame is cancelled for a coarser one after this many budgets, or after twice its allowed time.
 const GIVE_UP: u32 = 4;
 /// A finer picture is tried only if it is expected to take this share of the budget, to avoid flicker.
 const MARGIN: f64 = 0.9;
@@ -64,7 +64,7 @@ struct Measured {
     failures: u32,
     /// Frames since then.
     kept: u32,
-    /// The last of its frames that was given up.
+    /// The last of its frames that was cancelled.
     given_up: Option<u64>,
 }
 
@@ -183,7 +183,7 @@ impl Budget {
         self.frame - measured.frame > measured.patience()
     }
 
-    /// Takes in the time of the picture planned last.
+    /// Records the time of the last planned picture.
     pub fn learn(&mut self, pixels: u64, elapsed: Duration) {
         if pixels == 0 {
             return;
@@ -193,8 +193,8 @@ impl Budget {
         self.levels[self.level].add(cost, self.frame);
     }
 
-    /// Takes in that the picture planned last was given up after this many pixels. After frames in time it counts as a
-    /// stutter, unless it is the second one within a short time.
+    /// Records that the last planned picture was cancelled after this many pixels. After frames in time it counts as a stutter,
+    /// unless it is the second one within a short time.
     pub fn learn_failure(&mut self, pixels: u64, elapsed: Duration) {
         let measured = &mut self.levels[self.level];
         let last = measured.given_up.replace(self.frame);
@@ -211,7 +211,7 @@ impl Budget {
         (self.level, self.time) = (FIRST_LEVEL, 1);
     }
 
-    /// Whether a frame that has taken this long should be given up.
+    /// Whether a frame that has taken this long should be cancelled.
     #[must_use]
     pub fn is_overdrawn(&self, elapsed: Duration) -> bool {
         elapsed.as_secs_f64() > self.target * f64::from(GIVE_UP.max(2 * self.time))

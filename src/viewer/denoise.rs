@@ -1,14 +1,15 @@
-//! Takes the grain of soft light and ambient occlusion out of pictures of few samples per pixel.
+//! Denoises soft light and ambient occlusion in pictures of few samples per pixel.
 //!
 //! ```text
-//! picture of few samples / light as if nothing were occluded = share of light --+
-//!                                                                              | mean over pixels of the same surface
-//! picture without grain = light as if nothing were occluded x share of light <-+
+//! picture of few samples / unoccluded light = share of light --+
+//!                                                              | mean over pixels of the same surface
+//! denoised picture = unoccluded light x share of light <-------+
 //! ```
 //!
-//! The unoccluded light is known without a random ray, so edges and textures stay sharp, and means keep the
-//! brightness. Hard shadows and highlights beside soft light are smoothed as it is. The mean is an a-trous filter that stops at edges of normals and planes: Dammertz et al., *Edge-Avoiding
-//! A-Trous Wavelet Transform for Fast Global Illumination Filtering*, 2010.
+//! The unoccluded light needs no random rays, so edges and textures stay sharp, and means keep the brightness. Hard shadows
+//! and highlights are smoothed with it if there is also soft light. The mean is an a-trous filter that stops at edges of
+//! normals and planes: Dammertz et al., *Edge-Avoiding A-Trous Wavelet Transform for Fast Global Illumination Filtering*,
+//! 2010.
 
 use super::{
     first_hits::{BAND, FirstHits},
@@ -25,14 +26,14 @@ use rayon::prelude::*;
 
 /// The fewest pixels of a thread's piece of work.
 const CHUNK: usize = 1 << 13;
-/// Distances of the pixels that each pass averages, pixels: 15 pixels a side together. With four times as many samples
+/// Distances of the pixels that each pass averages, pixels: 15 pixels per side together. With four times as many samples
 /// there is one pass less.
 const PASSES: [usize; 3] = [1, 2, 4];
 /// Weights of a neighbour, the middle, and the other neighbour in a row or column.
 const KERNEL: [f32; 3] = [1.0, 2.0, 1.0];
 /// The weight of the middle alone.
 const OWN_WEIGHT: f32 = KERNEL[1] * KERNEL[1];
-/// The weight of others, of 12 at most, from which on they are enough.
+/// The total weight of similar neighbours, of 12 at most, from which on they suffice.
 const ENOUGH: f32 = 2.0;
 /// Added to the light, so that black surfaces have a share.
 const LEAST_LIGHT: f32 = 0.004;
@@ -49,12 +50,12 @@ struct Surface {
     normal: Vec3,
     /// Width of the pixel there.
     width: f32,
-    /// Light as if nothing were occluded.
+    /// Unoccluded light.
     light: Vec3,
 }
 
 impl Surface {
-    /// Returns how much another pixel, `distance` pixels away, shows the same surface: from 0 to 1.
+    /// Returns the similarity of another pixel, `distance` pixels away: 1 for the same surface, 0 for another one.
     fn likeness(&self, other: &Self, distance: usize) -> f32 {
         let cosine = self.normal.dot(other.normal);
         let step = self.normal.dot(other.point - self.point).abs();
@@ -68,7 +69,7 @@ impl Surface {
 #[derive(Debug, Default)]
 pub struct Denoiser {
     surfaces: Vec<Surface>,
-    /// Pixels that show another surface than one beside them.
+    /// Pixels that show another surface than a neighbour.
     edges: Vec<bool>,
     /// Shares of light, before and after a pass.
     shares: [Vec<Vec3>; 2],
@@ -170,7 +171,7 @@ impl Denoiser {
     }
 }
 
-/// Whether a pixel shows another surface than one beside it.
+/// Whether a pixel shows another surface than a neighbour.
 fn is_edge(surfaces: &[Surface], width: usize, [x, y]: [usize; 2]) -> bool {
     let height = surfaces.len() / width;
     let around = |at: usize, end: usize| at.saturating_sub(1)..(at + 2).min(end);
@@ -181,8 +182,8 @@ fn is_edge(surfaces: &[Surface], width: usize, [x, y]: [usize; 2]) -> bool {
     })
 }
 
-/// Returns the mean share of light of a pixel and of those around it that show the same surface; of all surfaces around it
-/// if hardly any is the same.
+/// Returns the mean share of light of a pixel and its neighbours on the same surface, or of all neighbours if hardly any is
+/// on it.
 fn mean(surfaces: &[Surface], shares: &[Vec3], width: usize, [x, y]: [usize; 2], distance: usize) -> Vec3 {
     let (height, at) = (surfaces.len() / width, y * width + x);
     let own = &surfaces[at];

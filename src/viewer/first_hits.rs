@@ -31,7 +31,7 @@ impl<'a> FirstHits<'a> {
         }
     }
 
-    /// Traces one sample of all pixels of a band of `width` x `rows` pixels from row `y` on. Hands each pixel's place in the
+    /// Traces one sample of all pixels of a band of `width` x `rows` pixels from row `y` on. Passes each pixel's index in the
     /// band, its ray and its hit to `take`.
     pub fn trace(
         &mut self,

@@ -1,4 +1,4 @@
-//! What the keys and the mouse do.
+//! The actions of keys and mouse.
 
 use super::{
     axis,
@@ -31,7 +31,7 @@ const FACTOR_OF_PIXEL: f64 = 1.01;
 const FACTOR_OF_NOTCH: f64 = 1.1;
 
 impl App {
-    /// Does what a key asks for.
+    /// Performs the action of a key.
     fn act(&mut self, action: Action, event_loop: &ActiveEventLoop) {
         let style = &mut self.style;
         let toggled = |now: Look, look: Look| if now == look { Look::Full } else { look };
@@ -195,7 +195,7 @@ impl App {
         self.host.say(&camera, frame, &settings, style.transfer);
     }
 
-    /// Saves the picture if that is asked for and the scene stands at the frame.
+    /// Saves the picture if requested, once the scene is at the frame.
     pub(super) fn save_if_due(&mut self) {
         let model = self.timeline.now();
         if self.saves && model.frame() == self.playback.frame() {
@@ -204,7 +204,7 @@ impl App {
         }
     }
 
-    /// Traces and writes the picture at full quality on a thread of its own. The scene stands still meanwhile.
+    /// Traces and writes the picture at full quality on another thread. The scene does not move meanwhile.
     fn save(&self, model: Arc<Model>) {
         let (host, proxy) = (Arc::clone(&self.host), self.proxy.clone());
         let (writing, shared) = (Arc::clone(&self.writing), Arc::clone(&self.shared));

@@ -2,7 +2,7 @@
 
 use winit::keyboard::{Key, NamedKey};
 
-/// What a key press asks for.
+/// The action of a key press.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
     /// Classic viewpoint 1 to 6 of a scene, or one of the six sides of a mesh.
@@ -33,9 +33,9 @@ pub enum Action {
     PrintCamera,
     /// Save the picture.
     Save,
-    /// Play the frames of an animated scene, or stand.
+    /// Play the frames of an animated scene, or stop.
     Play,
-    /// Stand at a frame this much further on.
+    /// Stop, and move on by this many frames.
     Step(i64),
     /// Toggle the description of the pixel under the mouse.
     Probe,

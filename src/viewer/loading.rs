@@ -1,4 +1,4 @@
-//! Loading on a thread of its own, and how far it is.
+//! Loading on another thread, with progress.
 
 use super::{
     Content, Host, Options,
@@ -20,7 +20,7 @@ use winit::event_loop::EventLoopProxy;
 /// Bytes of a step of progress where the end is not known.
 const MEGABYTE: u64 = 1_000_000;
 
-/// Tells the window how far loading is.
+/// Reports the progress of loading to the window.
 #[derive(Clone, Debug)]
 pub struct Loading(EventLoopProxy<Event>);
 
@@ -45,7 +45,7 @@ pub struct Stage {
     what: String,
     total: u64,
     done: AtomicU64,
-    /// What was told last, percent or megabytes.
+    /// The last reported progress, percent or megabytes.
     told: AtomicU64,
 }
 
@@ -67,7 +67,7 @@ impl Stage {
     }
 }
 
-/// How far a stage is: percent, or the megabytes that are read.
+/// The progress of a stage: percent, or the megabytes that are read.
 fn measure(done: u64, total: u64) -> (u64, &'static str) {
     if total == 0 {
         return (done / MEGABYTE, "MB");
@@ -84,7 +84,7 @@ pub(super) struct Ready {
     pub host: Arc<dyn Host>,
 }
 
-/// Loads on a thread of its own. Sends the result, `None` if `load` returned that; then, even if that thread panics,
+/// Loads on another thread. Sends the result, `None` if `load` returned that; then, even if the thread panics,
 /// [`Event::Loaded`].
 pub(super) fn start(
     proxy: EventLoopProxy<Event>,
@@ -101,7 +101,7 @@ pub(super) fn start(
     let loading = Loading(proxy);
     thread::spawn(move || {
         let _end = end;
-        // Moved, so that even if this panics it is gone before the end is told.
+        // Moved, so that even after a panic it is dropped before the end is reported.
         let sender = sender;
         let ready = load(&loading).map(|content| build(content, &loading));
         // Fails once the window is closed.

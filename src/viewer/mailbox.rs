@@ -34,7 +34,7 @@ pub struct Picture {
     pub stand_in: bool,
     /// Rays of all kinds.
     pub rays: u64,
-    /// The time of tracing and shading alone.
+    /// The time of tracing and shading only.
     pub elapsed: Duration,
     /// Whether it was traced in packets or as single rays; `None` for brute force and cost.
     pub packets: Option<bool>,
@@ -43,7 +43,7 @@ pub struct Picture {
 /// The generation after [`Shared::end`].
 const END: u64 = u64::MAX;
 
-/// What the window and the worker share.
+/// The shared state of the window and the worker.
 #[derive(Debug, Default)]
 pub struct Shared {
     inbox: Mutex<Inbox>,
@@ -83,7 +83,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Shared {
-    /// Asks for a picture. Replaces earlier requests.
+    /// Requests a picture. Replaces earlier requests.
     pub fn post(&self, request: Request) {
         let mut inbox = lock(&self.inbox);
         if self.has_ended() {
@@ -127,7 +127,7 @@ impl Shared {
         true
     }
 
-    /// Hands a picture to the window. Replaces one that was not taken yet.
+    /// Passes a picture to the window. Replaces one that was not taken yet.
     pub fn publish(&self, picture: Picture) {
         lock(&self.done).picture = Some(picture);
     }
@@ -191,7 +191,7 @@ mod tests {
         Arc::new(Timeline::new(Model::new(scene, bvh)))
     }
 
-    /// What the worker makes of the next request.
+    /// The worker's picture for the next request.
     fn answer(shared: &Shared) -> Picture {
         let Job { request, generation } = shared.next(Some(Duration::ZERO)).unwrap();
         Picture {

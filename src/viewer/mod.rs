@@ -1,11 +1,11 @@
 //! The live window: an orbit camera around a scene that is traced for every frame.
 //!
 //! - [`orbit`], [`pose`], [`axis`], [`objects`], [`budget`], [`progressive`] and [`benchmark`] are plain types without a window.
-//! - [`worker`] traces on a thread of its own. It gets its requests through the [`mailbox`], and its pictures from `painter`:
-//!   those of the renderer, of camera rays alone (`primary`), or without the grain of few samples (`denoise`).
+//! - [`worker`] traces on another thread. It gets requests through the [`mailbox`], and pictures from `painter`: those of the
+//!   renderer, of camera rays only (`primary`), or denoised ones (`denoise`).
 //! - `shell` is the window itself, first with the progress of [`loading`]; `window` and `input` handle events and show finished
 //!   pictures.
-//! - [`timeline`] is the scene at one of its frames, and [`playback`] says at which.
+//! - [`timeline`] is the scene at one of its frames, and [`playback`] chooses the frame.
 //! - [`watch`] reloads changed files.
 
 pub mod axis;
@@ -53,7 +53,7 @@ use winit::event_loop::{ControlFlow, EventLoop};
 /// The largest side of a window, pixels: window systems use signed 16-bit numbers.
 pub const MAX_SIDE: u32 = 32_767;
 
-/// What the window leaves to the program that opens it.
+/// The services that the program provides to its window.
 pub trait Host: Send + Sync {
     /// Loads the scene. Returns it or an error, and all files that belong to it, to be watched.
     fn load(&self) -> (Result<Scene, String>, Vec<PathBuf>);
@@ -64,7 +64,7 @@ pub trait Host: Send + Sync {
     /// Why the picture cannot be written.
     fn save(&self, film: &ByteFilm) -> Result<String, String>;
 
-    /// Returns the starting camera as it is at a frame, if the scene moves.
+    /// Returns the starting camera at a frame, if the scene moves.
     fn camera(&self, scene: &Scene, frame: u32) -> Option<Pose>;
 
     /// Prints the command that renders a picture: of this camera, given as options of `octray render`, at this frame, with
@@ -112,7 +112,7 @@ pub struct Options {
     pub quality: BuildQuality,
     /// Time for a frame while the camera moves.
     pub budget: Duration,
-    /// Frames a second of a scene that plays.
+    /// Frames per second of an animated scene.
     pub fps: u32,
     /// Orbit for this time, then close.
     pub benchmark: Option<Duration>,
@@ -168,8 +168,8 @@ impl Display {
             })
     }
 
-    /// Loads on a thread of its own and shows how far that is, then the scene. Returns when the window is closed: the figures of
-    /// a benchmark that showed frames. Nothing is shown if `load` returns `None`.
+    /// Loads on another thread and shows its progress, then the scene. Returns when the window is closed: the results of a
+    /// benchmark that showed frames. Nothing is shown if `load` returns `None`.
     ///
     /// # Errors
     /// [`ViewError`].

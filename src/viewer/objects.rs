@@ -17,7 +17,7 @@ const FLAT: f32 = 0.02;
 const WIDER: f32 = 1.5;
 /// A sphere is the ground if its diameter is at least this many times the diagonal of everything else.
 const GROUND_SPHERE: f32 = 10.0;
-/// Layers of ground that are looked for: water below a meadow, say.
+/// Maximum number of ground layers, such as water below a meadow.
 const MOST_GROUNDS: usize = 4;
 
 /// The objects of one scene and their boxes.
@@ -83,7 +83,7 @@ impl Objects {
         self.add_instances(scene);
     }
 
-    /// Adds the boxes of instances. Prototypes are no objects: they stand nowhere.
+    /// Adds the boxes of instances. Prototypes are not objects themselves.
     fn add_instances(&mut self, scene: &Scene) {
         for prototype in scene.prototypes() {
             for i in prototype.triangles.clone() {

@@ -1,4 +1,4 @@
-//! Where the camera is, and how it moves: around its target, towards it, and in free flight.
+//! The position of the camera and its movements: around its target, towards it, and in free flight.
 
 use super::{axis::Axis, pose::Pose};
 use crate::{
@@ -24,7 +24,7 @@ fn diagonal_of(bounds: Aabb) -> Option<f64> {
     (extent.min_element() >= 0.0 && extent.max_element() > 0.0).then(|| extent.length())
 }
 
-/// A pose that is always a valid view, and the ways to change it.
+/// A pose that is always a valid view.
 #[derive(Clone, Copy, Debug)]
 pub struct Orbit {
     pose: Pose,
@@ -99,7 +99,7 @@ impl Orbit {
     }
 
     /// Multiplies the distance from the target by `factor`, or the height of an orthographic view. A step beyond [`DISTANCES`]
-    /// is not taken; a camera that already stands beyond them can come back, by the same factor.
+    /// is not taken; a camera that is already beyond them can come back by the same factor.
     pub fn approach(&mut self, factor: f64) {
         let size = match self.pose.projection {
             Projection::Perspective { .. } => self.pose.distance(),

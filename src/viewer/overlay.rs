@@ -11,7 +11,7 @@ const MARGIN: usize = 8;
 
 const WHITE: u32 = 0x00ff_ffff;
 const RED: u32 = 0x00ff_8080;
-/// Where there is no picture.
+/// Colour where there is no picture.
 const EMPTY: u32 = 0x0040_4040;
 
 /// The panels to draw.
@@ -21,7 +21,7 @@ pub struct Overlay<'a> {
     pub help: bool,
     /// Frames and rays per second.
     pub figures: Option<Vec<String>>,
-    /// What is under the mouse.
+    /// Description of the pixel under the mouse.
     pub probed: Option<&'a [String]>,
     /// The share of the next picture that is done, 0 to 1.
     pub progress: Option<f32>,

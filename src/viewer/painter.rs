@@ -1,4 +1,4 @@
-//! Traces what the window shows.
+//! Traces the pictures of the window.
 
 use super::{
     denoise::Denoiser,
@@ -17,7 +17,7 @@ const CHUNK: usize = 1 << 13;
 pub struct Painter<'a> {
     model: &'a Model,
     renderer: Renderer<'a>,
-    /// The picture traced last.
+    /// The last picture.
     pub film: ByteFilm,
     /// The same before it was encoded.
     linear: Film,
@@ -67,8 +67,7 @@ impl<'a> Painter<'a> {
         Ok(stats)
     }
 
-    /// Traces a picture of few samples. Soft light and ambient occlusion have no grain in it, and the brightness that they
-    /// have with many samples.
+    /// Traces and denoises a picture of few samples. Soft light and ambient occlusion have the brightness of many samples.
     ///
     /// # Errors
     /// [`RenderError`].
@@ -92,8 +91,7 @@ impl<'a> Painter<'a> {
         Ok(stats)
     }
 
-    /// Whether pictures of few samples have grain that is taken out. What a lens blurs is of no one surface: it keeps its
-    /// grain.
+    /// Whether pictures of few samples are denoised. Not with a lens, since pixels out of focus show several surfaces.
     #[must_use]
     pub fn denoises(&self, request: &Request) -> bool {
         is_rendered(&request.style) && self.model.scene.is_sampled() && !request.has_lens()

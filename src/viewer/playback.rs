@@ -3,19 +3,19 @@
 use super::window::App;
 use std::time::{Duration, Instant};
 
-/// Which frame is shown. Frames count from 1, and the first follows the last.
+/// The current frame. Frames count from 1, and the first follows the last.
 #[derive(Clone, Copy, Debug)]
 pub struct Playback {
     frame: u32,
     count: u32,
-    /// Frames a second.
+    /// Frames per second.
     fps: u32,
     /// If it plays: since when, and how many frames ago that was.
     since: Option<(Instant, u64)>,
 }
 
 impl Playback {
-    /// Begins at the first of `count` frames, and stands.
+    /// Begins at the first of `count` frames, stopped.
     #[must_use]
     pub fn new(count: u32, fps: u32) -> Self {
         Self {
@@ -47,7 +47,7 @@ impl Playback {
         }
     }
 
-    /// Plays or stands.
+    /// Plays or stops.
     pub fn toggle(&mut self, now: Instant) {
         self.since = match self.since {
             None if self.moves() => Some((now, 0)),
@@ -55,12 +55,12 @@ impl Playback {
         };
     }
 
-    /// Stands.
+    /// Stops.
     pub fn stop(&mut self) {
         self.since = None;
     }
 
-    /// Stands at a frame further on or, if `steps` is negative, back.
+    /// Stops, and moves on by `steps` frames, or back if negative.
     pub fn step(&mut self, steps: i64) {
         self.stop();
         let frame = i64::from(self.frame) - 1 + steps;
@@ -92,14 +92,14 @@ impl Playback {
 }
 
 impl App {
-    /// Plays the scene, or stands.
+    /// Plays the scene, or stops.
     pub(super) fn play(&mut self) {
         if self.has_frames() {
             self.playback.toggle(Instant::now());
         }
     }
 
-    /// Stands at another frame.
+    /// Stops at another frame.
     pub(super) fn step(&mut self, steps: i64) {
         if self.has_frames() {
             self.playback.step(steps);
@@ -122,7 +122,7 @@ impl App {
         }
     }
 
-    /// Shows the frame. The camera stays at that of the scene if it stands there.
+    /// Shows the frame. The camera follows that of the scene, unless it was moved.
     pub(super) fn show_frame(&mut self) {
         let follows = self.orbit.pose() == self.home;
         let frame = self.playback.frame();

@@ -9,11 +9,11 @@ use glam::{DMat3, DVec3};
 /// A camera as the options of `octray render` describe it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// Where the camera stands, scene units.
+    /// Position of the camera, scene units.
     pub eye: DVec3,
-    /// What it looks at, scene units.
+    /// The point it looks at, scene units.
     pub target: DVec3,
-    /// Which way is up.
+    /// The up vector.
     pub up: DVec3,
     /// Perspective or orthographic.
     pub projection: Projection,
@@ -108,8 +108,8 @@ impl Pose {
         }
     }
 
-    /// Shows more or less around the target. A perspective camera moves, and its distance in focus changes with that from
-    /// the target; the height of an orthographic one changes.
+    /// Scales the view around the target. A perspective camera moves, and its focus distance scales with that to the target; the
+    /// height of an orthographic one changes.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         match self.projection {
@@ -138,9 +138,9 @@ impl Pose {
         [right, right.cross(forward), forward]
     }
 
-    /// Looks at the middle of a box of this size around `target`, without turning, from where all of it is inside a picture
-    /// `aspect` times as wide as it is high, and `margin` more. The middle is in focus. An orthographic camera stands where one
-    /// with the usual field of view would.
+    /// Looks at the centre of a box of this size around `target`, without turning, from a distance at which all of it is inside
+    /// a picture `aspect` times as wide as it is high, times `margin`. The centre is in focus. An orthographic camera is placed
+    /// like one with the usual field of view.
     #[must_use]
     pub fn framing(&self, target: DVec3, size: DVec3, aspect: f64, margin: f64) -> Self {
         let slope = match self.projection {

@@ -1,4 +1,4 @@
-//! Pictures that need camera rays only (preview, normals, cost), and the full picture by brute force.
+//! Pictures that need only camera rays (preview, normals, cost), and the full picture by brute force.
 
 use super::{
     first_hits::{BAND, FirstHits},

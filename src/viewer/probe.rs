@@ -1,4 +1,4 @@
-//! What is under the mouse.
+//! Describes the pixel under the mouse.
 
 use super::{surface, timeline::Model};
 use crate::{
@@ -11,8 +11,8 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Traces the ray through the centre of a pixel, row 0 on top, and the middle of a lens, and says what it cost. One ray is fast enough for the
-/// window's own thread.
+/// Traces the ray through the centres of a pixel (row 0 at the top) and the lens, and returns its cost. One ray is fast
+/// enough for the window's own thread.
 #[must_use]
 pub fn pick(
     model: &Model,

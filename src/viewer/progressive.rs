@@ -9,7 +9,7 @@ const STEP: u32 = 4;
 /// Which picture comes next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Progressive {
-    /// Samples a pixel of the finest picture so far.
+    /// Samples per pixel of the finest picture so far.
     done: u32,
 }
 
@@ -26,7 +26,7 @@ impl Progressive {
         (self.done < last).then_some(next)
     }
 
-    /// Takes in that the picture with these samples is done.
+    /// Records that the picture with these samples is done.
     pub fn done(&mut self, samples: u32) {
         self.done = self.done.max(samples);
     }

@@ -1,4 +1,4 @@
-//! What the window asks the worker to show.
+//! Requests of the window to the worker.
 
 use super::{pose::Pose, timeline::Timeline};
 use crate::{
@@ -7,7 +7,7 @@ use crate::{
 };
 use std::sync::Arc;
 
-/// What the colour of a pixel shows.
+/// The quantity that pixels show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Look {
     /// The ray-traced picture.
@@ -20,7 +20,7 @@ pub enum Look {
     Cost,
 }
 
-/// Which boxes of the BVH are drawn over the picture.
+/// The boxes of the BVH that are drawn over the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Boxes {
     /// None.
@@ -39,7 +39,7 @@ pub struct Style {
     pub look: Look,
     /// Every ray tests every primitive.
     pub brute: bool,
-    /// More than one sample a pixel at rest.
+    /// More than one sample per pixel at rest.
     pub antialias: bool,
     /// Boxes over the picture.
     pub boxes: Boxes,
@@ -89,7 +89,7 @@ impl Style {
 pub struct Request {
     /// The scene.
     pub timeline: Arc<Timeline>,
-    /// The frame at which it stands.
+    /// Its frame.
     pub frame: u32,
     /// The camera.
     pub pose: Pose,
@@ -126,13 +126,13 @@ impl Request {
         }
     }
 
-    /// Whether both show the scene as it stands at one frame.
+    /// Whether both show the same scene at the same frame.
     #[must_use]
     pub fn same_scene(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.timeline, &other.timeline) && self.frame == other.frame
     }
 
-    /// Whether the same picture answers both.
+    /// Whether both request the same picture.
     #[must_use]
     pub fn same_picture(&self, other: &Self) -> bool {
         self.same_scene(other)
@@ -141,8 +141,7 @@ impl Request {
             && self.size == other.size
     }
 
-    /// Whether each sample sees the scene from another point of a lens. Only the ray-traced picture does: the others are as
-    /// sharp as AOVs.
+    /// Whether the picture uses the lens. Only the ray-traced one does: the others are as sharp as AOVs.
     #[must_use]
     pub fn has_lens(&self) -> bool {
         self.style.look == Look::Full && self.camera.has_lens()
@@ -158,8 +157,8 @@ impl Request {
         }
     }
 
-    /// The picture while the camera moves: through a pinhole, since a sample of a lens would be grain; with the BVH instead of
-    /// brute force if that is asked for.
+    /// The picture while the camera moves: through a pinhole, since single samples of a lens would be noise; with the BVH
+    /// instead of brute force if requested.
     #[must_use]
     pub fn in_motion(&self, by_bvh: bool) -> Self {
         let mut request = self.clone();

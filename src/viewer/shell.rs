@@ -1,4 +1,4 @@
-//! The window itself: while something is loaded it shows how far that is, then the [`App`].
+//! The window itself: shows the progress of loading, then the [`App`].
 
 use super::{
     Content, Start, ViewError,
@@ -32,13 +32,13 @@ use winit::{
 
 type Surface = softbuffer::Surface<Rc<Window>, Rc<Window>>;
 
-/// What loads sooner than this opens no window before: it would only flicker, above all at an error.
+/// If loading takes less than this, the window opens afterwards: it would only flicker, above all at an error.
 const PATIENCE: Duration = Duration::from_millis(200);
 
-/// What other threads tell the window.
+/// Events from other threads.
 #[derive(Debug)]
 pub enum Event {
-    /// How far loading is.
+    /// Progress of loading.
     Loading(String),
     /// Loading has ended.
     Loaded,
@@ -48,7 +48,7 @@ pub enum Event {
     Reloaded(Reloaded),
     /// A picture was saved under this name, or could not be.
     Saved(Result<String, String>),
-    /// The objects of a large scene are known. They are needed to frame this, if the camera has not moved since.
+    /// The objects of a large scene are known, for this framing if the camera has not moved since.
     Objects(Arc<Timeline>, Framing, Pose),
 }
 
@@ -90,7 +90,7 @@ impl Screen {
         self.window.set_title(title);
     }
 
-    /// Shows what `paint` draws, which is told the scale factor of the screen. A window without pixels shows nothing.
+    /// Shows what `paint` draws; it gets the scale factor of the screen. A window without pixels shows nothing.
     pub fn draw(&mut self, paint: impl FnOnce(&mut Canvas<'_>, f64)) -> Result<(), String> {
         let [width, height] = self.size();
         let (Some(w), Some(h)) = (NonZeroU32::new(width), NonZeroU32::new(height)) else {
@@ -109,23 +109,23 @@ impl Screen {
     }
 }
 
-/// The window from the first moment on.
+/// The window before and after loading.
 pub(super) struct Shell {
     start: Start,
     proxy: EventLoopProxy<Event>,
     results: Receiver<Option<Ready>>,
     /// What was loaded before the window opened.
     ready: Option<Ready>,
-    /// How far loading is.
+    /// Progress of loading.
     text: String,
-    /// Until there is an app, which takes it.
+    /// `None` once the app has it.
     screen: Option<Screen>,
     app: Option<App>,
     failure: Option<String>,
 }
 
 impl Shell {
-    /// Begins to load, and waits a moment for the end of it. `None` if `load` returns `None` within that.
+    /// Begins to load, and waits a moment for it. `None` if `load` returns `None` in this time.
     pub fn new(
         start: Start,
         proxy: EventLoopProxy<Event>,
@@ -183,7 +183,7 @@ impl Shell {
         Ok(())
     }
 
-    /// Shows how far loading is.
+    /// Shows the progress of loading.
     fn draw(&mut self) -> Result<(), Option<String>> {
         let text = &self.text;
         let Some(screen) = &mut self.screen else {

@@ -1,4 +1,4 @@
-//! The figures in the title and the overlay.
+//! Statistics in the title and the overlay.
 
 use super::mailbox::Picture;
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ const TITLE: Duration = Duration::from_millis(250);
 /// A longer time than this between two frames means that the camera was at rest.
 const PAUSE: Duration = Duration::from_millis(200);
 
-/// Figures of the frames on the screen.
+/// Statistics of the frames on the screen.
 #[derive(Debug, Default)]
 pub struct Status {
     last: Option<Instant>,
@@ -19,7 +19,7 @@ pub struct Status {
 }
 
 impl Status {
-    /// Takes in a picture that is on the screen.
+    /// Records a picture that is on the screen.
     pub fn shown(&mut self, picture: &Picture, now: Instant) {
         let since = self.last.replace(now).map(|last| now - last);
         self.seconds_per_frame = match (since, self.seconds_per_frame) {

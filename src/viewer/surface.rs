@@ -13,7 +13,7 @@ use glam::Vec3;
 
 /// The intensity of the light at the eye.
 const HEADLIGHT: f32 = 0.6;
-/// The share of the scene's lights beside it.
+/// The share of the scene's lights in addition to it.
 const SCENE_LIGHTS: f32 = 0.5;
 
 /// Returns the point that the ray hit, scene units.
@@ -52,8 +52,8 @@ pub fn preview(scene: &Scene, ray: &Ray, hit: &SceneHit, cone: RayCone) -> [f32;
     std::array::from_fn(|c| own[c] * light[c].min(1.0))
 }
 
-/// Returns the light of a diffuse surface as if nothing were occluded, from the centres of soft lights and without
-/// highlights; `None` for one that shines, mirrors, refracts or shows what is behind it.
+/// Returns the unoccluded light of a diffuse surface, from the centres of soft lights and without highlights; `None` for
+/// emissive, mirroring, refracting and half-transparent surfaces.
 #[must_use]
 pub fn unoccluded(scene: &Scene, ray: &Ray, hit: &SceneHit, normal: Vec3, cone: RayCone) -> Option<[f32; 3]> {
     let k_d = match *material(scene, hit.primitive) {

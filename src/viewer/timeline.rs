@@ -37,14 +37,14 @@ impl Model {
         self.objects.get().is_some() || self.scene.primitive_count() <= SMALL
     }
 
-    /// Returns the frame at which the scene stands.
+    /// Returns the scene's current frame.
     #[must_use]
     pub fn frame(&self) -> u32 {
         // The cast saturates.
         self.scene.time() as u32
     }
 
-    /// Moves what moves, and keeps the rest.
+    /// Moves instances and cameras, and keeps the rest.
     fn move_to(&mut self, frame: u32) -> Result<(), SceneError> {
         self.scene.set_time(frame.into())?;
         self.bvh.follow(&self.scene);
@@ -55,7 +55,7 @@ impl Model {
     }
 }
 
-/// A scene that may move. It is in memory once, so it stands at one frame, and does not leave it while it is in use.
+/// A scene that may move. It is in memory once, so it has one current frame, which does not change while the scene is in use.
 #[derive(Debug)]
 pub struct Timeline {
     count: u32,
@@ -63,7 +63,7 @@ pub struct Timeline {
 }
 
 impl Timeline {
-    /// Begins with the scene as it stands.
+    /// Begins with the scene at its current frame.
     #[must_use]
     pub fn new(model: Model) -> Self {
         Self {
@@ -78,13 +78,13 @@ impl Timeline {
         self.count
     }
 
-    /// Returns the scene as it stands.
+    /// Returns the scene at its current frame.
     #[must_use]
     pub fn now(&self) -> Arc<Model> {
         Arc::clone(&self.now.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Moves the scene to a frame. `None` if it stands at another one and somebody uses it there.
+    /// Moves the scene to a frame. `None` if it is in use at another one.
     ///
     /// # Errors
     /// [`SceneError::AtTime`] if something cannot be placed there: the scene stays as it was.

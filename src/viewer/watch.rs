@@ -29,24 +29,24 @@ pub type Reloaded = Result<Arc<Timeline>, String>;
 enum Change {
     /// This file changed.
     File(PathBuf),
-    /// The window asks for it.
+    /// The window requested it.
     Asked,
 }
 
-/// Loads the scene again when asked.
+/// Loads the scene again on request.
 #[derive(Clone, Debug)]
 pub struct Reload(Sender<Change>);
 
 impl Reload {
-    /// Asks for the scene to be loaded again.
+    /// Requests that the scene is loaded again.
     pub fn ask(&self) {
         // Fails if the thread panicked: then nothing reloads.
         let _ = self.0.send(Change::Asked);
     }
 }
 
-/// Watches `files` on a thread of its own until the process ends. Where the system cannot watch files, the scene is
-/// reloaded only when asked.
+/// Watches `files` on another thread until the process ends. If the system cannot watch files, the scene is reloaded only on
+/// request.
 pub fn start(
     host: Arc<dyn Host>,
     files: Vec<PathBuf>,
@@ -116,8 +116,7 @@ impl Watched {
         }
     }
 
-    /// Waits until a reload is asked for, or a watched file has changed and changes no more. `None` if neither can
-    /// happen.
+    /// Waits until a reload is requested, or a watched file has changed and settled. `None` if neither can happen.
     fn wait(&self, changes: &Receiver<Change>) -> Option<()> {
         loop {
             match changes.recv().ok()? {

@@ -1,4 +1,4 @@
-//! What the window shows of a scene: pictures when they are ready. It waits in between.
+//! The window of a loaded scene: shows pictures when they are ready, and waits in between.
 
 use super::{
     Host, Options, ViewError,
@@ -36,7 +36,7 @@ use winit::{
 const MESSAGE: Duration = Duration::from_secs(3);
 /// Time between two steps of flight.
 pub(super) const STEP: Duration = Duration::from_millis(15);
-/// The speed of the benchmark's orbit, 45 degrees a second, in pixels of a drag.
+/// The speed of the benchmark's orbit, 45 degrees per second, in pixels of a drag.
 const BENCHMARK_PIXELS_PER_SECOND: f64 = 45.0 / super::orbit::DEGREES_PER_PIXEL;
 
 /// What to frame.
@@ -48,7 +48,7 @@ pub enum Framing {
     Side(usize),
 }
 
-/// Everything behind the window.
+/// The state of the window.
 pub struct App {
     /// In the title.
     name: String,
@@ -88,10 +88,10 @@ pub struct App {
     pub(super) probe: bool,
     pub(super) progress: Option<f32>,
     pub(super) error: Option<String>,
-    /// Why the scene cannot stand at the frame.
+    /// Why the scene cannot move to the frame.
     pub(super) stuck: Option<String>,
     pub(super) message: Option<(String, Instant)>,
-    /// Whether a picture will be saved as soon as the scene stands at the frame.
+    /// Whether a picture will be saved once the scene is at the frame.
     pub(super) saves: bool,
     /// Held while a file is written, so that the end waits for it.
     pub(super) writing: Arc<Mutex<()>>,
@@ -228,7 +228,7 @@ impl App {
         Some(probe::describe(&self.timeline.now(), &camera, self.size, pixel))
     }
 
-    /// Tells the worker what to show from now on. A window without pixels shows nothing.
+    /// Sends the worker a new request. A window without pixels shows nothing.
     pub(super) fn ask(&mut self) {
         self.progress = None;
         if !self.size.contains(&0) {
@@ -322,7 +322,7 @@ impl App {
     }
 }
 
-/// What the event loop tells.
+/// Handles events.
 impl App {
     pub(super) fn new_events(&mut self, cause: StartCause) {
         if matches!(cause, StartCause::ResumeTimeReached { .. }) {

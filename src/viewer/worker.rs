@@ -1,6 +1,6 @@
 //! The thread that traces the latest request of the window.
 //!
-//! A picture of an older request is given up: at rest at once, while the camera moves when its time is over. So input
+//! A picture of an older request is cancelled: at once at rest, or when its time is over while the camera moves. So input
 //! never waits for a picture.
 
 use super::{
@@ -28,19 +28,19 @@ use std::{
 
 /// The camera is at rest when it has not moved for this long.
 const REST: Duration = Duration::from_millis(80);
-/// Time between two looks at whether a scene is still used at another frame, for a picture that is saved.
+/// Polling interval while a scene is in use at another frame, for a picture that is being saved.
 const USED: Duration = Duration::from_millis(5);
 /// How often a long picture reports progress.
 const PROGRESS: Duration = Duration::from_millis(250);
 
-/// What the worker tells the window.
+/// Messages of the worker to the window.
 #[derive(Debug)]
 pub enum Note {
     /// [`Shared::take`] has a new picture.
     Picture,
     /// The share of the next picture that is done, 0 to 1.
     Progress(f32),
-    /// Why the scene cannot stand at the requested frame.
+    /// Why the scene cannot move to the requested frame.
     Failed(String),
 }
 
@@ -79,7 +79,7 @@ pub fn run(shared: &Shared, budget: Duration, tell: &(dyn Fn(Note) + Sync)) {
     }
 }
 
-/// How fast moving frames are; learned from one to the next, also while the scene moves.
+/// The measured speed of moving frames.
 struct Pace {
     budget: Budget,
     /// Whether brute force is too slow for a moving camera. The BVH then makes the same picture.
@@ -130,7 +130,7 @@ impl Session<'_> {
         }
     }
 
-    /// Traces a picture within the budget, coarser if necessary. One that takes far longer is given up.
+    /// Traces a picture within the budget, coarser if necessary. One that takes far longer is cancelled.
     fn moving_frame(&mut self, Job { request, generation }: &Job) {
         self.progressive.restart();
         loop {
@@ -151,7 +151,7 @@ impl Session<'_> {
             });
             match traced {
                 Ok(stats) => {
-                    // At rest a single sample keeps its grain.
+                    // At rest a single sample is not denoised.
                     let has_grain = self.painter.denoises(shown) || request.has_lens();
                     let is_grainy = request.style.last_samples() == 1 && has_grain;
                     if plan.full && !self.pace.stands_in && !is_grainy {
@@ -215,7 +215,7 @@ impl Session<'_> {
         }
     }
 
-    /// Hands the film and the boxes over it to the window.
+    /// Passes the film, with the boxes drawn over it, to the window.
     fn publish(&mut self, request: &Request, generation: u64, stats: &FrameStats, samples: u32, full: bool) {
         let mut pixels = self.shared.spare();
         screen::spread(&self.painter.film, request.size, &mut pixels);

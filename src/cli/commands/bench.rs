@@ -1,4 +1,4 @@
-//! `octray bench`: ways of tracing against each other, on the same rays.
+//! `octray bench`: compares tracing methods on the same rays.
 
 use super::check_room;
 use crate::{
@@ -20,10 +20,10 @@ use crate::{
     scene::{Camera, Scene},
 };
 
-/// What a ray takes with the hits of two methods, bytes: measured.
+/// Memory of a ray with the hits of two methods, bytes: measured.
 const RAY_BYTES: f64 = 50.0;
 
-/// Times ways of tracing the rays of a scene, or of a suite of scenes, on one thread.
+/// Times tracing methods on the rays of a scene, or of a suite of scenes, on one thread.
 ///
 /// # Errors
 /// [`CliError`]; [`CliError::Differs`] if a method does not find the reference's hits.

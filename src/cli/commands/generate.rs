@@ -1,4 +1,4 @@
-//! `octray generate`: a made-up scene as files.
+//! `octray generate`: a procedural scene as files.
 
 use super::check_room;
 use crate::{
@@ -11,7 +11,7 @@ use crate::{
 };
 use std::{fmt::Write as _, fs, io, path::Path};
 
-/// What a primitive takes at most while it is made, bytes: measured.
+/// Peak memory of a primitive while it is generated, bytes: measured.
 const PRIMITIVE_BYTES: u64 = 80;
 
 /// Writes the scene and its meshes, each whole or not at all, and returns what to tell the user.

@@ -1,4 +1,4 @@
-//! `octray info`: what a scene holds and what its BVH is made of.
+//! `octray info`: describes a scene and its BVH.
 
 use crate::{
     accel::{BuildQuality, Bvh},

@@ -12,10 +12,10 @@ use crate::{
 };
 use std::time::Instant;
 
-/// Puts tiles together and writes the picture. `start` is when the program began.
+/// Merges tiles and writes the picture. `start` is when the program began.
 ///
 /// # Errors
-/// [`CliError`]; the picture's place is as it was then.
+/// [`CliError`]; the picture's file is then unchanged.
 pub fn run(plan: &MergePlan, start: Instant) -> Result<(), CliError> {
     let interrupt = Interrupt::install()?;
     let tiles = Tiles::open(&plan.tiles, plan.memory)?;

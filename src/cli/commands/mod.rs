@@ -46,7 +46,7 @@ pub fn run(plan: Plan, start: Instant) -> Result<(), CliError> {
     }
 }
 
-/// Refuses work that needs more memory than may be taken, both in bytes.
+/// Refuses work that needs more memory than the limit, both in bytes.
 fn check_room(what: &str, needed: u64, limit: u64) -> Result<(), CliError> {
     if needed <= limit {
         return Ok(());

@@ -35,7 +35,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// What all pictures of a call share.
+/// The state of a call.
 struct Call<'a> {
     plan: &'a RenderPlan,
     interrupt: &'a Interrupt,
@@ -122,8 +122,8 @@ pub fn run(plan: &RenderPlan, start: Instant) -> Result<(), CliError> {
 }
 
 impl Call<'_> {
-    /// Finds out which files all scenes read if an output of one might replace a file of the next. Loading twice is the
-    /// price of replacing files in a call of several scenes.
+    /// Finds the files that all scenes read, if an output of one might replace a file of the next. Loading twice is the price of
+    /// replacing files in a call with several scenes.
     fn look_ahead(&mut self) -> Result<(), CliError> {
         let jobs = &self.plan.jobs;
         let json_exists = matches!(&self.plan.json, Some(JsonTarget::File(path)) if path.exists());
@@ -148,11 +148,11 @@ impl Call<'_> {
             }
         }
         self.check_inputs(jobs)?;
-        // What a faulty scene would read is not known.
+        // The files of a faulty scene are not known.
         loaded
     }
 
-    /// Writes the sheet, and says what was skipped.
+    /// Writes the sheet, and reports skipped scenes.
     fn finish(mut self) -> Result<(), CliError> {
         if let (Some(sheet), Some(plan)) = (self.sheet.take(), &self.plan.sheet)
             && plan.count > 0
@@ -183,7 +183,7 @@ impl Call<'_> {
         }
     }
 
-    /// Says why a scene is skipped.
+    /// Reports why a scene is skipped.
     fn skip(&mut self, path: &Path, error: &CliError) {
         self.skipped += 1;
         let (path, text) = (clip_path(path), error.text().unwrap_or_default());
@@ -200,7 +200,7 @@ impl Call<'_> {
         objection(jobs, &self.inputs).map_or(Ok(()), |objection| Err(CliError::Failed(objection)))
     }
 
-    /// Renders the pictures of one scene, the first of those that are left.
+    /// Renders the pictures of one scene, the first of the remaining ones.
     fn render_job<'env>(
         &mut self,
         job: &Job,
@@ -300,7 +300,7 @@ impl Call<'_> {
         (input, files, time)
     }
 
-    /// Says which pictures of a scene were written; a sheet comes last.
+    /// Reports the written pictures of a scene; a sheet comes last.
     fn note_written(&mut self, look: &Look) {
         if self.sheet.is_some() {
             return;
@@ -427,10 +427,11 @@ impl Call<'_> {
         Ok(())
     }
 
-    /// Camera rays, and shadow and ambient occlusion rays as if each of them hit something. Reflections are not known beforehand.
+    /// The expected number of camera rays, and of shadow and ambient occlusion rays if each camera ray hits. Reflections are not
+/// known beforehand.
     fn expected_rays((scene, camera): (&Scene, &Camera), look: &Look, job: &Job) -> f64 {
         let Look { settings, picture } = look;
-        // The cost of rays depends on the BVH, so with the heat AOV a part gets the BVH of the whole.
+        // The heat AOV depends on the BVH, so a crop must have the BVH of the whole picture.
         let (window, frames) = if picture.aovs.contains(&AovKind::Heat) {
             let whole = Settings {
                 crop: None,

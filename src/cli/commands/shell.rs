@@ -8,7 +8,7 @@ use clap::Command;
 use clap_complete::Shell;
 use std::{io, str::FromStr};
 
-/// The definition of the command line: `docs/cli.md` is made from it.
+/// The definition of the command line, from which `docs/cli.md` is generated.
 #[must_use]
 pub fn definition() -> Command {
     args::definition()

@@ -35,12 +35,12 @@ pub fn load(
     input
 }
 
-/// What a progress bar says while this is loaded.
+/// The text of the progress bar while this is loaded.
 pub fn reading(plan: &InputPlan) -> String {
     format!("loading {}", clip_path(plan.name()))
 }
 
-/// The bytes that will be read; 0 if that is not known, as of the meshes of a scene.
+/// The number of bytes to read; 0 if unknown, as for the meshes of a scene.
 pub fn bytes_of(plan: &InputPlan) -> u64 {
     match plan.kind {
         InputKind::Mesh => plan.path.metadata().map_or(0, |file| file.len()),

@@ -1,4 +1,4 @@
-//! `octray verify`: whether every way of tracing finds what brute force finds.
+//! `octray verify`: checks that every tracing method finds what brute force finds.
 
 use crate::{
     cli::{
@@ -74,7 +74,7 @@ mod tests {
     };
     use std::path::Path;
 
-    /// Takes one ray in some hundreds for blocked that is not, or the other way round.
+    /// Inverts the occlusion of one ray in some hundreds.
     struct Faulty<'a>(Box<dyn Implementation + 'a>);
 
     impl Implementation for Faulty<'_> {

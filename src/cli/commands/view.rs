@@ -108,7 +108,7 @@ fn load(plan: ViewPlan, loading: &Loading) -> Result<Content, CliError> {
         pose: camera.view().into(),
         settings: *settings,
         transfer: picture.transfer,
-        // A window traces rays without end.
+        // A window traces an unlimited number of rays.
         quality: build.quality(f64::INFINITY, scene.primitive_count()),
         budget,
         fps,
@@ -130,7 +130,7 @@ fn load(plan: ViewPlan, loading: &Loading) -> Result<Content, CliError> {
     })
 }
 
-/// The figures of a benchmark as a line of text.
+/// The results of a benchmark as a line of text.
 fn text(figures: &Report) -> String {
     format!(
         "{:.1} frames per second; frame time {:.1} ms (median), {:.1} ms (99th percentile); {:.0} % of the frames at full \
@@ -143,15 +143,15 @@ fn text(figures: &Report) -> String {
     )
 }
 
-/// What the window asks the program to do.
+/// The [`Host`] of the window.
 struct Program {
     input: InputPlan,
     /// The style of a mesh.
     style: Option<Style>,
-    /// The input's, as keys have turned it since.
+    /// The input's options, with later rotations by keys.
     mesh: Mutex<MeshOptions>,
     memory: u64,
-    /// Where the mesh loaded last is lit from, unless its lights are its own.
+    /// The direction from which the current mesh is lit, unless it has its own lights.
     lit_from: Mutex<Option<DVec3>>,
     /// Whether `octray render` would read a config file.
     has_config: bool,

@@ -13,10 +13,10 @@ use crate::{
 };
 use glam::DVec3;
 
-/// A distance in focus at which no usable aperture is too large.
+/// A focus distance at which no usable aperture is too large.
 const FAR: f64 = 1e9;
 
-/// Where the viewer of a mesh is by default: to the right of its front, and so far above that the top of a box is seen.
+/// The side from which a mesh is shown: to the right of its front, and high enough to show the top of a box.
 const THREE_QUARTER: Side = Side {
     azimuth: 35.0,
     elevation: 27.0,
@@ -26,11 +26,11 @@ const PLAIN: Side = Side {
     elevation: 20.0,
     ..THREE_QUARTER
 };
-/// A mesh is not seen from farther above, degrees, so that its up axis points up in the picture.
+/// The highest elevation, degrees: from straight above, the up axis would have no direction in the picture.
 const STEEPEST: f64 = 89.99;
 
 impl CameraOptions {
-    /// Refuses options that make no view with any scene.
+    /// Rejects options that make no valid view with any scene.
     ///
     /// # Errors
     /// [`CliError::Usage`].

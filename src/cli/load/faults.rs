@@ -1,4 +1,4 @@
-//! Faults in a mesh's data: which are counted, and when to warn.
+//! Defects of a mesh: which are counted, and when to warn.
 
 use crate::{
     error::clip_path,
@@ -10,7 +10,7 @@ use std::path::Path;
 /// `octray info` always checks all.
 const MOST_COUNTED: usize = 250_000;
 
-/// A scene's faults, as far as they were counted.
+/// A scene's faults that were counted.
 pub struct Faults {
     triangles: usize,
     degenerate: usize,

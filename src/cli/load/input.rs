@@ -1,4 +1,4 @@
-//! Loads a scene file, or a mesh that is made into a scene.
+//! Loads a scene file, or a mesh and makes a scene of it.
 
 use super::stage::{self, Rig, Stage};
 use crate::{
@@ -17,13 +17,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// A scene and how to look at it.
+/// A scene and its camera.
 pub struct Input {
     pub scene: Scene,
     pub camera: Camera,
     /// The direction of the viewer for whom a mesh is lit.
     pub lit_from: Option<DVec3>,
-    /// Whether a mesh is lit by lights of its own instead.
+    /// Whether a mesh is lit by its own lights instead.
     #[cfg(feature = "viewer")]
     pub has_own_lights: bool,
     /// The lights of a mesh, if they turn with the camera of a turntable.
@@ -77,7 +77,7 @@ fn read(
 }
 
 impl Input {
-    /// The direction of the viewer for whom a mesh is lit, unless its lights are its own.
+    /// The direction of the viewer for whom a mesh is lit, unless it has its own lights.
     #[cfg(feature = "viewer")]
     pub fn is_lit_from(&self) -> Option<DVec3> {
         self.lit_from.filter(|_| !self.has_own_lights)
@@ -143,7 +143,7 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
     })
 }
 
-/// Gives the mesh smooth normals, if it has none. Each shared part is smoothed alone.
+/// Gives the mesh smooth normals if it has none. Shared parts are smoothed separately.
 fn smooth(loaded: &mut LoadedMesh, degrees: f64, path: &Path, memory: u64) -> Result<(), CliError> {
     let why = match &loaded.cloud {
         Some(cloud) if cloud.lines.is_empty() => "points are spheres",
@@ -174,7 +174,7 @@ fn smooth(loaded: &mut LoadedMesh, degrees: f64, path: &Path, memory: u64) -> Re
         .map_err(|error| failed(path, &error))
 }
 
-/// Loads a scene, or a mesh as it is, with its lights, cameras and notes. It may take `memory` bytes. Adds every
+/// Loads a scene, or a mesh without studio light, with its lights, cameras and notes. It may take `memory` bytes. Adds every
 /// file that was opened to `files`.
 ///
 /// # Errors
@@ -191,7 +191,7 @@ pub fn load_bare(path: &Path, memory: u64, files: &mut Vec<PathBuf>) -> Result<S
         builder.add_note(note);
     }
     for camera in std::mem::take(&mut loaded.cameras) {
-        // A camera without a valid view is an error only if it is asked for.
+        // A camera without a valid view is an error only if it is selected.
         if let Ok(view) = Camera::new(&camera.view()) {
             builder.add_camera(NamedCamera {
                 name: Some(camera.name).filter(|name| !name.is_empty()),

@@ -1,7 +1,7 @@
-//! How much memory a command may take, and whether a picture fits.
+//! The memory limit of a command, and the memory of pictures.
 //!
-//! The scene's part is estimated where it is loaded ([`crate::scene::SceneBuilder::within`]), the picture's here. What
-//! does not fit is refused before the work begins, rather than by the system in the middle of it.
+//! The scene's memory is estimated during loading ([`crate::scene::SceneBuilder::within`]), the picture's here. Work that does
+//! not fit is refused before it begins, instead of failing in the middle.
 
 use crate::{
     accel::BuildQuality,
@@ -20,7 +20,7 @@ const PLOC_BYTES: u64 = 300;
 /// Address space that rayon's threads and the allocator set aside, bytes.
 const THREADS_BYTES: u64 = 64 << 20;
 
-/// What decides how much memory a pixel takes while its picture is rendered and written.
+/// The factors of a pixel's memory while its picture is rendered and written.
 #[derive(Clone, Copy, Debug)]
 pub struct PixelBytes {
     /// Bytes in the film: 12 (floats), 16 (with alpha), or 3 (bytes).
@@ -48,19 +48,19 @@ impl PixelBytes {
     }
 }
 
-/// Memory that may be taken, bytes: `max`, or a share of what there is.
+/// The memory limit, bytes: `max`, or a share of the available memory.
 pub fn limit(max: Option<u64>) -> u64 {
     max.unwrap_or_else(default_limit).min(own_limit())
 }
 
-/// Where the allocator ends the process whose memory limit is `limit`, bytes. Estimates are good to about a quarter, and
-/// the program itself takes some.
+/// The allocator's limit for the memory limit `limit`, bytes. Estimates are good to about a quarter, and the program itself
+/// takes some.
 pub fn cap(limit: u64) -> u64 {
     const BESIDE: u64 = 32 << 20;
     limit.saturating_add(limit / 4).saturating_add(BESIDE)
 }
 
-/// What is left of `limit` for the scene beside a picture.
+/// The part of `limit` that a picture leaves for the scene.
 ///
 /// # Errors
 /// [`CliError::Failed`] if the picture alone does not fit.
@@ -99,7 +99,7 @@ pub fn room_for_threads() -> u32 {
 }
 
 /// Checks that the memory for building the BVH can be allocated. Untouched memory costs nothing; without the check the
-/// system might end the program in the middle of the build.
+/// build might run out of memory halfway.
 ///
 /// # Errors
 /// [`CliError::Failed`].
@@ -134,7 +134,7 @@ fn default_limit() -> u64 {
         .map_or(u64::MAX, three_quarters)
 }
 
-/// Three quarters of what the process may allocate beside its threads.
+/// Three quarters of what the process may allocate in addition to its threads.
 fn own_limit() -> u64 {
     process().map_or(u64::MAX, |limit| {
         three_quarters(limit.saturating_sub(THREADS_BYTES))

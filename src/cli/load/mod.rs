@@ -1,4 +1,4 @@
-//! From a plan's input to a scene in memory, its camera and its lights.
+//! Loads a plan's input: a scene in memory, with camera and lights.
 
 mod camera;
 pub mod faults;

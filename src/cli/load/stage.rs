@@ -9,7 +9,7 @@ use crate::{
 };
 use glam::{DVec3, Vec3};
 
-/// Where the mesh is seen from, and what it stands on.
+/// The viewing direction of the mesh, and its surroundings.
 pub struct Stage {
     /// From the target to the viewer, of any length.
     pub towards_viewer: DVec3,
@@ -90,9 +90,9 @@ const GROUND: [f32; 3] = [0.95, 0.95, 0.94];
 /// radii of the mesh. Together with the ambient light they reach at most 1, so that a white mesh is not overexposed.
 const LIGHTS: [([f64; 3], f32, f64); 2] = [([-0.6, 0.8, 1.0], 0.6, 0.0), ([0.5, 0.1, 1.0], 0.3, 0.0)];
 
-/// The light of the soft styles: 23 degrees wide, as a large window across a room.
+/// The light of the soft styles: 23 degrees wide, like a large window across a room.
 const SOFT_LIGHT: ([f64; 3], f32, f64) = ([-0.8, 0.9, 0.8], 0.73, 20.0);
-/// Their ambient light, and how far it is occluded in radii of the mesh.
+/// Their ambient light, and its occlusion distance in radii of the mesh.
 const SOFT_AMBIENT: (f32, f64) = (0.27, 1.2);
 /// Linear, as their other colours.
 const SOFT_BACKGROUND: [f32; 3] = [0.83, 0.84, 0.86];
@@ -105,8 +105,8 @@ const GROUND_REACH: f64 = 40.0;
 /// Gap between mesh and ground, in radii of the mesh.
 const GROUND_GAP: f64 = 1e-3;
 
-/// A scene of the mesh, which may take `memory` bytes, and the rig that lights it for other viewers, unless its lights are
-/// its own.
+/// A scene of the mesh, which may take `memory` bytes, and the rig that lights it for other viewers, unless it has its own
+/// lights.
 ///
 /// # Errors
 /// A sentence.

@@ -158,14 +158,14 @@ pub struct GeneratePlan {
 #[derive(Debug)]
 pub struct ViewPlan {
     pub input: InputPlan,
-    /// How the last picture at rest is made, of the size of the window.
+    /// The settings of the last picture at rest, with the size of the window.
     pub looks: Looks,
     /// Whether `octray render` would read a config file.
     pub has_config: bool,
     pub build: Build,
     /// Time for a frame while the camera moves.
     pub budget: Duration,
-    /// Frames a second of a scene that plays.
+    /// Frames per second of an animated scene.
     pub fps: u32,
     pub benchmark: Option<Duration>,
     pub json: Option<JsonTarget>,

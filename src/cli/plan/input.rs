@@ -1,4 +1,4 @@
-//! A scene or a mesh to load, and how to look at it.
+//! A scene or a mesh to load, with its camera.
 
 use crate::{
     cli::CliError,
@@ -16,7 +16,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// A scene or a mesh to load, and how to look at it.
+/// A scene or a mesh to load, with its camera.
 #[derive(Clone, Debug)]
 pub struct InputPlan {
     pub path: PathBuf,
@@ -35,7 +35,7 @@ pub enum InputKind {
     Any,
 }
 
-/// Which camera looks, and what is changed about it.
+/// The selected camera, and the changes to it.
 #[derive(Clone, Debug, Default)]
 pub struct CameraOptions {
     pub start: StartView,
@@ -50,7 +50,7 @@ pub struct CameraOptions {
     pub focus: Option<f64>,
 }
 
-/// Where the camera stands before target, up, projection and lens are changed.
+/// The camera before target, up, projection and lens are changed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum StartView {
     /// The scene's first camera, else the first classic viewpoint; a mesh is framed.
@@ -90,10 +90,10 @@ impl Side {
     }
 }
 
-/// How a mesh is lit, and how its picture is made unless other options say so.
+/// The lighting of a mesh, and the defaults of its picture's options.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Style {
-    /// Two point lights; one sample a pixel, display values.
+    /// Two point lights; one sample per pixel, display values.
     #[default]
     Plain,
     /// A large light and ambient occlusion; many samples, linear light, sRGB.
@@ -177,7 +177,7 @@ const OTHER_KINDS: [&str; 16] = [
     "wrl", "x3d",
 ];
 
-/// Tells a mesh from a scene by the file's extension, else by its first bytes.
+/// Distinguishes meshes from scenes by the file's extension, else by its first bytes.
 ///
 /// # Errors
 /// [`CliError::Failed`] for any other kind of file.

@@ -21,7 +21,7 @@ pub struct JobPlan {
     pub quiet: bool,
 }
 
-/// What runs the tasks.
+/// The engine that runs the tasks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Engine {
     /// Open Job Description, version 2023-09.

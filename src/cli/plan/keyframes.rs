@@ -1,12 +1,12 @@
-//! The frames of animated scenes: their number is found before anything is loaded, since all pictures are named then.
+//! The frames of animated scenes. Their number is found before anything is loaded, because pictures are named then.
 
 use super::{FrameRange, InputKind, Turntable, is_standard_input, kind_of};
 use crate::{cli::CliError, format};
 use std::path::PathBuf;
 
-/// The frames of each scene, if one of them moves; one frame of what does not. Empty if nothing moves.
+/// The frames of each scene, one for static scenes; empty if no scene moves.
 ///
-/// Standard input is read later, so only `frames` says how many it has.
+/// Standard input is read later, so its frames are those of `frames`.
 ///
 /// # Errors
 /// [`CliError::Load`] for a scene that cannot be read.

@@ -1,6 +1,6 @@
 //! What a call does, as plain values: made and checked from the arguments before anything is loaded.
 //!
-//! Nothing here knows how options are spelled or parsed; nothing behind it looks at the arguments again.
+//! This module does not know how options are spelled or parsed; later ones do not look at the arguments again.
 
 mod choice;
 mod input;

@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf, is_separator},
 };
 
-/// Where a picture goes, and who chose the name.
+/// The path of a picture, and who chose it.
 #[derive(Clone, Debug)]
 pub struct PicturePath {
     pub path: PathBuf,
@@ -14,7 +14,7 @@ pub struct PicturePath {
 }
 
 impl PicturePath {
-    /// The same, but not as the user's own words unless `is_typed`.
+    /// The same, as a derived name unless `is_typed`.
     pub fn typed_if(self, is_typed: bool) -> Self {
         let origin = if is_typed { self.origin } else { Origin::Derived };
         Self { origin, ..self }
@@ -30,7 +30,7 @@ pub enum Origin {
     Derived,
 }
 
-/// Where a scene's picture goes: `pattern`, else a name after the scene in the current folder.
+/// The path of a scene's picture: `pattern`, else a name after the scene in the current folder.
 pub fn picture(pattern: Option<&Path>, scene: &Path, turn: Option<Turn>) -> PicturePath {
     let default = if turn.is_some() {
         "{stem}-####.png"
@@ -52,7 +52,7 @@ pub fn picture(pattern: Option<&Path>, scene: &Path, turn: Option<Turn>) -> Pict
     }
 }
 
-/// Where the difference picture goes: `pattern`, else beside the picture, else in the current folder.
+/// The path of the difference picture: `pattern`, else next to the picture, else in the current folder.
 pub fn difference(
     pattern: Option<&Path>,
     beside_picture: Option<&PicturePath>,
@@ -66,7 +66,7 @@ pub fn difference(
     }
 }
 
-/// The file of an AOV beside a picture: `a.depth.png` for `a.png`. `None` if the picture's name has no extension.
+/// The file of an AOV next to a picture: `a.depth.png` for `a.png`. `None` if the picture's name has no extension.
 pub fn aov(picture: &Path, aov: &str) -> Option<PicturePath> {
     let extension = picture.extension()?.to_str()?;
     Some(beside(picture, &format!(".{aov}"), extension))

@@ -1,4 +1,4 @@
-//! The places of pictures: no two of a call have the same one.
+//! Checks that no two pictures of a call have the same file.
 
 use super::names::Origin;
 use crate::{

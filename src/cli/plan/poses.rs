@@ -1,7 +1,7 @@
 //! `--poses` and `--save-poses`: cameras in a NeRF `transforms.json`, as Instant NGP and Nerfstudio read and write it, and of
 //! [COLMAP](colmap).
 //!
-//! A matrix takes points of a camera that looks along -z, with y up, to the scene.
+//! A matrix maps the space of a camera that looks along -z, with y up, to the scene.
 
 mod colmap;
 
@@ -25,7 +25,7 @@ const MAX_POSES: usize = super::render::MOST_PICTURES as usize;
 #[derive(Debug)]
 pub struct Poses {
     pub poses: Vec<Pose>,
-    /// What the file holds and pictures do not show.
+    /// Notes about ignored contents.
     pub notes: Vec<String>,
 }
 
@@ -37,7 +37,7 @@ pub struct Pose {
     pub camera: Camera,
 }
 
-/// How a camera sees: of the whole file, or of one frame.
+/// The intrinsics of a camera: of the whole file, or of one frame.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(default)]
 struct Lens {
@@ -74,7 +74,7 @@ struct Frame {
 }
 
 impl Lens {
-    /// What is missing comes from `other`.
+    /// Takes missing values from `other`.
     fn or(self, other: Self) -> Self {
         Self {
             camera_angle_x: self.camera_angle_x.or(other.camera_angle_x),
@@ -99,12 +99,12 @@ impl Lens {
         along_y.or_else(|| Some(2.0 * libm::atan(libm::tan(along_x()? * 0.5) / aspect)))
     }
 
-    /// Whether lines become curves.
+    /// Whether the lens has distortion.
     fn is_curved(&self) -> bool {
         [self.k1, self.k2, self.p1, self.p2].iter().any(|&k| k != 0.0)
     }
 
-    /// Whether the middle of the view is off the middle of the picture by more than a pixel.
+    /// Whether the principal point is off the picture's centre by more than a pixel.
     fn is_shifted(&self) -> bool {
         let off = |middle: Option<f64>, side: Option<f64>| {
             middle

@@ -1,4 +1,4 @@
-//! What `octray render` does: of each scene one picture, or a series of frames.
+//! What `octray render` does: for each scene one picture, or a series of frames.
 
 use super::{
     Build, CameraOptions, InputPlan, JsonTarget, MeshOptions, Poses, Turn, Turntable,
@@ -56,7 +56,7 @@ pub struct Look {
     pub picture: PictureOptions,
 }
 
-/// How pictures of scenes and of meshes are made. All have the same size, crop and AOVs, and those of meshes take no less
+/// The looks of scenes and of meshes. Both have the same size, crop and AOVs, and that of meshes takes at least as much
 /// memory.
 #[derive(Debug)]
 pub struct Looks {
@@ -65,7 +65,7 @@ pub struct Looks {
 }
 
 impl Looks {
-    /// That of a mesh, or of a scene.
+    /// The look of a mesh, or of a scene.
     pub fn of(&self, is_mesh: bool) -> &Look {
         if is_mesh { &self.mesh } else { &self.scene }
     }
@@ -104,7 +104,7 @@ pub struct SheetPlan {
     pub count: u32,
 }
 
-/// Why a job cannot be done without replacing one of the inputs.
+/// The reason if a job would replace one of the inputs.
 pub fn objection(jobs: &[Job], inputs: &Inputs) -> Option<String> {
     jobs.iter()
         .flat_map(Job::outputs)
@@ -218,8 +218,8 @@ pub struct CompareOptions<'a> {
 }
 
 impl Pictures<'_> {
-    /// Names and checks every picture, then every scene. Pictures that `--skip-existing` leaves out are not among them,
-    /// nor scenes without any picture left.
+    /// Names and checks every picture, then every scene. Leaves out pictures that `--skip-existing` skips, and scenes without
+    /// any other pictures.
     ///
     /// # Errors
     /// [`CliError`]: a place that cannot be written, two pictures for one place, a scene that cannot be read, a picture
@@ -350,7 +350,7 @@ impl Pictures<'_> {
         Ok(turns.into_iter().map(frame).collect())
     }
 
-    /// What is left of `memory` beside a sheet and its encoded copy.
+    /// The part of `memory` that a sheet and its encoded copy leave.
     fn beside_sheet(&self, memory: u64, sheet: &SheetPlan) -> Result<u64, CliError> {
         let (width, height) = self.size();
         let size = sheet_size([width, height], sheet.columns, sheet.count);
@@ -428,7 +428,7 @@ impl Pictures<'_> {
         Some(pattern.replace(POSE, &pose.name).into())
     }
 
-    /// Refuses what animations do not have.
+    /// Rejects options that animations do not support.
     fn check_animation(&self, output: &Output, scene: &Path) -> Result<(), CliError> {
         let name = output.name();
         let expanded = |number| {
@@ -474,7 +474,7 @@ impl Pictures<'_> {
         (window.width(), window.height())
     }
 
-    /// What a pixel of the largest picture takes.
+    /// The memory of a pixel of the largest picture.
     fn pixel_bytes(&self, frames: &[Frame]) -> PixelBytes {
         let exr = frames.iter().any(|frame| frame.output.is_exr());
         let floats = exr || self.look.picture.transfer != Transfer::Linear;

@@ -1,4 +1,4 @@
-//! `--turntable`: the camera goes once around its target. Frames of poses and of animated scenes are counted likewise.
+//! `--turntable`: the camera turns once around its target. Frames of poses and of animated scenes are counted likewise.
 
 use crate::{cli::CliError, scene::View};
 use std::f64::consts::TAU;

@@ -19,8 +19,8 @@ pub struct Interrupt {
 }
 
 impl Interrupt {
-    /// Takes over the signals. From now on a signal is told here first, so that work in small pieces can end with what it
-    /// has; what has not ended after a moment is ended by force. The exit code is that of [`CliError::Interrupted`].
+    /// Handles signals. A signal first sets this flag, so that work in small pieces can end with partial results; if it has not
+    /// ended after a moment, the process exits. The exit code is that of [`CliError::Interrupted`].
     ///
     /// # Errors
     /// [`CliError::Failed`] if the system does not allow it.
@@ -49,8 +49,8 @@ impl Interrupt {
     }
 }
 
-/// Takes over the signals for a window: they end the process at once. Ctrl-C is an interruption; the other signals close
-/// the window, which is no failure.
+/// Handles signals for a window: they end the process at once. Ctrl-C is an interruption; the other signals close the
+/// window, with exit code 0.
 ///
 /// # Errors
 /// [`CliError::Failed`] if the system does not allow it.
@@ -99,7 +99,7 @@ fn watch(
     thread.spawn(wait).map(drop).map_err(refused)
 }
 
-/// Elsewhere the first signal is told, and the second one ends the process.
+/// On other systems the first signal sets the flag, and the second one ends the process.
 #[cfg(not(unix))]
 fn watch(requested: &Arc<AtomicBool>, patient: bool, exit_code: impl Fn(i32) -> u8) -> Result<(), CliError> {
     requested.store(!patient, Ordering::Relaxed);

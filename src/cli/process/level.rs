@@ -1,8 +1,8 @@
-//! The instruction set to which `OCTRAY_ISA` holds the program.
+//! The instruction set that `OCTRAY_ISA` selects.
 
 use crate::{Level, cli::CliError};
 
-/// Holds the process to the level that the environment variable names, if it names one.
+/// Sets the process's level to that of the environment variable, if it is set.
 ///
 /// # Errors
 /// [`CliError::Usage`] if there is no such level, or this CPU lacks it.

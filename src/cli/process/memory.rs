@@ -1,7 +1,7 @@
-//! The end of a process that gets no more memory: one sentence and an exit code, where Rust would abort.
+//! The end of a process without memory: one sentence and an exit code, where Rust would abort.
 //!
-//! The program's allocator calls [`out_of_memory`]. It is the last resort: what can be counted before it is allocated is
-//! refused where it is counted.
+//! The program's allocator calls [`out_of_memory`]. It is the last resort: memory that can be estimated is refused before it
+//! is allocated.
 
 use crate::{cli::CliError, error::escape};
 use std::{
@@ -18,7 +18,7 @@ use std::{
 /// The longest name in the sentence, bytes.
 const MOST_NAME: usize = 200;
 
-/// The input at work, ready to be printed.
+/// The current input, ready to be printed.
 static INPUT: Mutex<String> = Mutex::new(String::new());
 
 /// Why there is no more memory.
@@ -30,7 +30,7 @@ pub enum MemoryRefusal {
     System(usize),
 }
 
-/// Names the input at work, for the sentence.
+/// Sets the current input, for the sentence.
 pub fn at_work_on(input: &Path) {
     let name = input.to_string_lossy();
     let name: String = escape(&name).chars().take(MOST_NAME / 4).collect();
@@ -41,7 +41,7 @@ pub fn at_work_on(input: &Path) {
 pub fn out_of_memory(why: MemoryRefusal) -> ! {
     static FIRST: AtomicBool = AtomicBool::new(true);
     if !FIRST.swap(false, Ordering::Relaxed) {
-        // Another thread is at it.
+        // Another thread is ending the process.
         loop {
             thread::sleep(Duration::from_secs(1));
         }
@@ -73,7 +73,7 @@ pub fn out_of_memory(why: MemoryRefusal) -> ! {
     signal_hook::low_level::exit(CliError::Failed(String::new()).exit_code().into());
 }
 
-/// Writes to standard error, past the lock that a thread without memory may hold.
+/// Writes to standard error without its lock, which a thread without memory may hold.
 #[cfg(target_os = "linux")]
 fn say(text: &[u8]) {
     let _ = rustix::io::write(rustix::stdio::stderr(), text);

@@ -1,6 +1,6 @@
 //! The threads of rayon's global pool, each pinned to a CPU if there are as many threads as CPUs.
 //!
-//! Unpinned, Linux often wakes two of them on one CPU of a virtual machine, since it takes a halted CPU for a busy one.
+//! Unpinned, Linux often wakes two of them on one CPU of a virtual machine, because it mistakes a halted CPU for a busy one.
 //! Tuned: see docs/lab-notes.md#pinned-threads
 
 use crate::cli::load::memory;
@@ -9,7 +9,7 @@ use std::{env, thread};
 
 /// More threads than this for each CPU gain nothing ...
 const MOST_OF_CPU: usize = 4;
-/// ... but up to this many are started if they are asked for.
+/// ... but up to this many are started if requested.
 const ALWAYS_ALLOWED: usize = 64;
 
 /// Starts the threads: the number in `RAYON_NUM_THREADS`, by default one for each CPU. On its own, rayon would start them
@@ -26,8 +26,8 @@ pub fn start() -> Result<(), ThreadPoolBuildError> {
     each_on_its_own_cpu(ThreadPoolBuilder::new().num_threads(threads)).build_global()
 }
 
-/// The number of threads that was asked for, cut to what gains something and has room: the picture is the same. A thread
-/// that finds no memory when it starts would end the process.
+/// The requested number of threads, limited to what is useful and fits into memory: the picture is the same. A thread
+/// without memory for its start would end the process.
 pub fn useful(asked: u32) -> u32 {
     let most = (MOST_OF_CPU * cpus()).max(ALWAYS_ALLOWED);
     let room = memory::room_for_threads();

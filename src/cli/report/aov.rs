@@ -39,7 +39,7 @@ pub struct Legend {
 }
 
 impl AovReport {
-    /// The report for the AOVs that were asked for; `None` if there is nothing to say.
+    /// The report for the requested AOVs; `None` if there is nothing to report.
     pub fn new(aovs: &Aovs, asked: &[AovKind], range: DepthRange) -> Option<Self> {
         let costs = |of: &dyn Fn(&Aov) -> u32| Costs {
             mean: aovs.pixels.iter().map(|p| f64::from(of(p))).sum::<f64>() / aovs.pixels.len().max(1) as f64,

@@ -1,4 +1,4 @@
-//! What `octray bench` says: tables and JSON.
+//! The output of `octray bench`: tables and JSON.
 
 use super::{SCHEMA, grouped};
 use crate::{

@@ -1,4 +1,4 @@
-//! What `octray info` shows: the contents of a scene and of its BVH.
+//! The output of `octray info`: the contents of a scene and of its BVH.
 
 use super::{
     SCHEMA, faults_text, grouped,
@@ -28,7 +28,7 @@ pub struct Info {
     inverted_triangles: usize,
     spheres: usize,
     planes: usize,
-    /// Meshes that are stored once for all instances of them; they count above.
+    /// Number of prototypes; their primitives are counted above.
     prototypes: usize,
     instances: usize,
     /// Up to the last keyframe; 1 if nothing moves.
@@ -59,12 +59,12 @@ pub struct Info {
 /// Bottom and top are equal for a constant background.
 #[derive(Debug, Serialize)]
 struct BackgroundInfo {
-    /// `null` with a picture.
+    /// `null` with an environment map.
     bottom: Option<[f32; 3]>,
     top: Option<[f32; 3]>,
     /// Whether it lights the surfaces.
     is_environment: bool,
-    /// Width and height of a picture that takes its place.
+    /// Width and height of an environment map.
     picture: Option<[u32; 2]>,
 }
 

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 #[derive(Debug, Serialize)]
 pub(super) struct LightInfo {
-    /// `null` for directional lights, as others below where they do not apply.
+    /// `null` for directional lights, like other fields that do not apply.
     position: Option<[f32; 3]>,
     intensity: f32,
     color: [f32; 3],
@@ -16,7 +16,7 @@ pub(super) struct LightInfo {
     rectangle: Option<[[f32; 3]; 2]>,
     /// The unit vector to a directional light.
     direction: Option<[f32; 3]>,
-    /// The angle that a directional light fills, degrees.
+    /// Angular diameter of a directional light, degrees.
     angle: Option<f32>,
     falloff: Option<f32>,
     spot: Option<SpotInfo>,

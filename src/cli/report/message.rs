@@ -1,7 +1,7 @@
-//! Where everything goes that octray says. Messages begin as clap's do.
+//! Everything that octray prints. Messages begin like clap's.
 //!
-//! What is printed may hold names and values of strangers' files. Those who make a message clip each value; here the
-//! whole is made safe once more, whatever is in it: escaped, and truncated to about a screen.
+//! Messages may contain names and values of untrusted files. Their authors clip each value; here the whole message is made
+//! safe again: escaped, and truncated to about a screen.
 
 use crate::{
     cli::CliError,
@@ -18,7 +18,7 @@ const MOST_OF_LINE: usize = 1800;
 /// Warnings about one input.
 const MOST_WARNINGS: usize = 20;
 
-/// Writes a command's answer to standard output.
+/// Writes a command's result to standard output.
 ///
 /// # Errors
 /// [`CliError::ClosedPipe`] if the reader has gone, else [`CliError::Failed`].
@@ -40,8 +40,7 @@ pub fn print_bytes(bytes: &[u8]) -> Result<(), CliError> {
         .map_err(|error| CliError::writing("standard output", &error))
 }
 
-/// Refuses a standard output that was closed or opened for reading: the standard library would take all writes for
-/// done.
+/// Refuses a standard output that was closed or opened for reading: the standard library would ignore failed writes.
 ///
 /// # Errors
 /// [`CliError::Failed`].
@@ -59,7 +58,7 @@ pub fn check_stdout() -> Result<(), CliError> {
     Ok(())
 }
 
-/// Writes what a library has put to standard output behind its buffer.
+/// Flushes standard output after a library has written to it.
 ///
 /// # Errors
 /// As [`print`].
@@ -88,7 +87,7 @@ fn warning(text: &str) {
     note(&format!("warning: {}\n", escape(text)));
 }
 
-/// Warns of each of these, or of the first and how many there are besides.
+/// Prints these warnings, or the first ones and the number of others.
 pub fn warnings(texts: impl IntoIterator<Item = String>) {
     let mut texts = texts.into_iter();
     texts.by_ref().take(MOST_WARNINGS).for_each(|text| warning(&text));
@@ -99,7 +98,7 @@ pub fn warnings(texts: impl IntoIterator<Item = String>) {
     }
 }
 
-/// Says on standard error why a command failed.
+/// Prints the error of a command on standard error.
 pub fn error(text: &str) {
     note(&format!("error: {text}\n"));
 }
@@ -158,7 +157,7 @@ fn shortened(line: &str) -> String {
     format!("{}...", &escaped[..end])
 }
 
-/// JSON in which no character acts on a terminal. Outside of strings JSON has none but the newline at the end.
+/// JSON without characters that control a terminal. Outside of strings JSON has none but the newline at the end.
 pub fn tame_json(json: &str) -> String {
     let is_odd = |c: char| c != '\n' && is_unprintable(c);
     if !json.contains(is_odd) {

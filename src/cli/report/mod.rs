@@ -1,4 +1,4 @@
-//! What a call says: messages, progress, figures.
+//! The output of a call: messages, progress, statistics.
 
 mod aov;
 pub mod bench;

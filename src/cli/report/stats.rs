@@ -1,4 +1,4 @@
-//! `--stats` and `--json`: the figures of one picture.
+//! `--stats` and `--json`: statistics of one picture.
 
 use super::{AovReport, SCHEMA, faults_text, grouped};
 use crate::{
@@ -11,7 +11,7 @@ use crate::{
 use serde::Serialize;
 use std::{fmt::Write, path::Path, time::Duration};
 
-/// The figures of one picture.
+/// Statistics of one picture.
 #[derive(Debug, Serialize)]
 pub struct RenderReport {
     schema: u32,
@@ -46,7 +46,7 @@ pub struct RenderReport {
 struct Primitives {
     triangles: usize,
     spheres: usize,
-    /// Of meshes that are stored once, whose primitives count above.
+    /// Number of instances; the primitives of their prototypes are counted above.
     instances: usize,
     degenerate_triangles: usize,
     /// Not counted in large meshes.

@@ -3,7 +3,7 @@
 use crate::error::escape;
 use std::path::Path;
 
-/// The version of all JSON answers. Increased when a field changes its meaning or goes.
+/// The version of all JSON output. Increased when a field changes its meaning or is removed.
 pub const SCHEMA: u32 = 1;
 
 /// "1 without area, 2 duplicate, 3 inverted".

@@ -8,7 +8,7 @@ use crate::cli::{CliError, write::Verdict};
 pub struct Verdicts {
     compared: usize,
     differing: usize,
-    /// What was found about the first of these.
+    /// The texts of the first ones.
     texts: Vec<String>,
 }
 

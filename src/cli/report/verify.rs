@@ -1,4 +1,4 @@
-//! What `octray verify` says: counts, and a fault with the command that repeats it.
+//! The output of `octray verify`: counts, and a fault with the command that repeats it.
 
 use super::{grouped, version};
 use crate::{

@@ -1,4 +1,4 @@
-//! What `--version` says.
+//! The output of `--version`.
 
 use crate::Level;
 use std::sync::LazyLock;

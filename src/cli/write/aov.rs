@@ -1,4 +1,4 @@
-//! What `--aov` makes of a pixel's AOVs: pictures of bytes, and EXR channels.
+//! Converts AOVs to pictures of bytes and EXR channels, for `--aov`.
 //!
 //! No scale depends on the picture's pixels, so the files of a crop are parts of the whole picture's.
 

@@ -16,7 +16,7 @@ use crate::{
     scene::{Camera, Scene},
 };
 
-/// The AOVs that were asked for and their checked files.
+/// The requested AOVs and their checked files.
 #[derive(Debug)]
 pub struct AovFiles {
     asked: Vec<AovKind>,
@@ -80,12 +80,12 @@ impl AovFiles {
         &self.files
     }
 
-    /// The AOVs that have files of their own beside the picture.
+    /// The AOVs that have separate files.
     pub fn in_files(&self) -> impl Iterator<Item = AovKind> {
         self.asked.iter().copied().take(self.files.len())
     }
 
-    /// Renders the AOVs, if any were asked for.
+    /// Renders the requested AOVs.
     ///
     /// # Errors
     /// As [`Renderer::aovs`].
@@ -127,7 +127,7 @@ impl AovFiles {
         Ok(())
     }
 
-    /// What `--stats` says about them.
+    /// Their part of `--stats`.
     pub fn report(&self, rendered: &RenderedAovs) -> Option<AovReport> {
         AovReport::new(&rendered.aovs, &self.asked, rendered.range)
     }

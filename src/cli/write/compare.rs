@@ -1,4 +1,4 @@
-//! `--compare`: a picture against a reference.
+//! `--compare`: compares a picture with a reference.
 
 use super::{
     decode::Source,
@@ -28,7 +28,7 @@ pub struct Comparison {
     pub output: Output,
 }
 
-/// What a comparison found.
+/// The result of a comparison.
 pub struct Verdict {
     pub agrees: bool,
     /// One line.

@@ -1,4 +1,4 @@
-//! Pictures that are read: references of `--compare` and tiles of `octray merge`. They may hold anything.
+//! Reads pictures: references of `--compare` and tiles of `octray merge`. Their contents are untrusted.
 
 use crate::{
     cli::CliError,
@@ -54,7 +54,7 @@ impl Source<'_> {
         })
     }
 
-    /// Reads a file of at most `pixel_bytes` a pixel, and decodes its bytes with `work`.
+    /// Reads a file of at most `pixel_bytes` per pixel, and decodes its bytes with `work`.
     ///
     /// # Errors
     /// [`CliError::Failed`].
@@ -108,7 +108,7 @@ impl Source<'_> {
     }
 }
 
-/// Of bytes, like the reader of textures: decoders are compiled for each kind of source.
+/// From bytes, like the reader of textures, because decoders are compiled for each type of source.
 fn reader(bytes: &[u8], format: Option<ImageFormat>) -> ImageResult<ImageReader<Cursor<&[u8]>>> {
     let bytes = Cursor::new(bytes);
     Ok(match format {

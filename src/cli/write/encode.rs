@@ -1,4 +1,4 @@
-//! A picture as the bytes of a file.
+//! Encodes a picture as the bytes of a file.
 
 use super::{
     exr_layers,
@@ -80,7 +80,7 @@ impl Format {
         matches!(self, Self::Jpeg | Self::Gif)
     }
 
-    /// Whether octray's files of this format say who wrote them.
+    /// Whether octray marks its files of this format.
     pub fn has_mark(self) -> bool {
         matches!(self, Self::Png | Self::Exr | Self::Apng)
     }

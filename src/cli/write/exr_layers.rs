@@ -1,6 +1,6 @@
 //! EXR files of colours and other channels.
 //!
-//! The image crate writes colours only, and its blocks in the order in which threads finish: other bytes each time.
+//! The image crate writes only colours, and blocks in the order in which threads finish, so that bytes vary.
 
 use super::place::{EXR_ATTRIBUTE, Place};
 use crate::render::{Film, Pixel, SOFTWARE};

@@ -1,4 +1,4 @@
-//! JSON answers, one line each.
+//! JSON output, one line per result.
 
 use crate::{
     cli::{CliError, plan::JsonTarget, report},
@@ -8,7 +8,7 @@ use crate::{
 use serde::Serialize;
 use std::io::Write;
 
-/// An answer as one line of JSON, which does not act on a terminal.
+/// A result as one line of JSON without characters that control a terminal.
 pub fn json_line(json: &impl Serialize) -> String {
     // Plain structs of numbers and strings always serialize.
     report::tame_json(&(serde_json::to_string(json).unwrap_or_default() + "\n"))

@@ -1,6 +1,6 @@
-//! `octray merge`: tiles, the files of `--crop`, put together into the file of the whole picture.
+//! `octray merge`: joins tiles, the files of `--crop`, into the file of the whole picture.
 //!
-//! Nothing is computed: samples are copied as they are and encoded as `octray render` does, which gives the same bytes.
+//! Samples are copied unchanged and encoded like `octray render` does, which gives the same bytes.
 
 use super::{
     decode::Source,
@@ -39,7 +39,7 @@ pub struct Tile {
 pub struct Tiles(Vec<Tile>);
 
 impl Tile {
-    /// Looks where the tile lies.
+    /// Reads the place of a tile.
     ///
     /// # Errors
     /// [`CliError::Failed`] if it cannot be read or is not a tile.

@@ -1,4 +1,4 @@
-//! What a call leaves behind: pictures, their AOVs, comparisons, JSON.
+//! The files that a call writes: pictures, their AOVs, comparisons, JSON.
 
 mod animation;
 mod aov;

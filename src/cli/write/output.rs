@@ -1,4 +1,4 @@
-//! Where a picture goes: checked before rendering, written whole or not at all.
+//! The output of a picture: checked before rendering, written whole or not at all.
 
 use super::{
     encode::Format,
@@ -26,7 +26,7 @@ use std::{
 enum Place {
     /// Standard output, and the file that it is redirected to.
     Stdout(Option<Identity>),
-    /// A device, a named pipe, ...: written through, for replacing it would make it a file.
+    /// A device, a named pipe, ...: written to directly, because replacing it would make it a file.
     Special(PathBuf),
     /// A file, old or new: replaced in one step. Symbolic links are resolved, so that they stay.
     File {
@@ -60,7 +60,7 @@ pub struct Output {
     origin: Origin,
     /// Replaces no file that octray did not write.
     is_careful: bool,
-    /// Is on the disk before it gets its name.
+    /// Is synced to disk before it gets its name.
     is_synced: bool,
     place: Place,
     format: Format,
@@ -99,19 +99,19 @@ impl Output {
         })
     }
 
-    /// Waits until the bytes are on the disk before the file gets its name. Where a later call goes by names, no file may be
-    /// cut short by a machine that loses power, or by a server that reports its full disk late.
+    /// Syncs the file to disk before it gets its name. If a later call relies on names, a power cut or a server that reports
+    /// its full disk late must not leave a truncated file.
     pub fn synced_if(mut self, is_synced: bool) -> Self {
         self.is_synced = is_synced;
         self
     }
 
-    /// Whether it is on the disk before it gets its name.
+    /// Whether it is synced to disk before it gets its name.
     pub fn is_synced(&self) -> bool {
         self.is_synced
     }
 
-    /// What to call it in messages.
+    /// Its name in messages.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -248,7 +248,7 @@ impl Output {
     /// Whether the options suit the format.
     ///
     /// # Errors
-    /// [`CliError::Usage`], with what would do.
+    /// [`CliError::Usage`], with valid alternatives.
     pub fn check(&self, options: &PictureOptions) -> Result<(), CliError> {
         let name = &self.name;
         if options.transparent && !self.format.has_alpha() {
@@ -370,7 +370,7 @@ impl Output {
     }
 }
 
-/// A new file beside `path`, with the permissions of the old one. It goes with every failure.
+/// A new file next to `path`, with the permissions of the old one. It is removed on failure.
 fn temporary(path: &Path, old: Option<&Old>) -> io::Result<Temporary> {
     let mut temporary = Temporary::beside(path)?;
     if let Some(old) = old {

@@ -1,7 +1,7 @@
-//! Where a crop lies in its whole picture: every crop's file says it, for `octray merge`.
+//! The place of a crop in its whole picture, which every crop's file records for `octray merge`.
 //!
-//! PNG has a text chunk for it, PPM a comment, EXR an attribute beside its data window. QOI, BMP and TIFF have no room
-//! that all readers skip but the end of the file, so it follows the picture there.
+//! PNG has a text chunk for it, PPM a comment, EXR an attribute in addition to its data window. In QOI, BMP and TIFF only the
+//! end of the file is skipped by all readers, so it follows the picture.
 
 use super::encode::Format;
 use crate::render::{Crop, Settings};

@@ -1,4 +1,4 @@
-//! What a call may replace: no file that it reads and, under a name that the user did not type, only octray's own.
+//! Which files a call may replace: none that it reads and, under a name that the user did not type, only octray's own.
 
 use crate::{
     cli::{

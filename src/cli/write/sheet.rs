@@ -1,4 +1,4 @@
-//! Contact sheets: the pictures of a call beside each other in one picture, each with its name below.
+//! Contact sheets: all pictures of a call in one, each with its name below.
 
 use super::{
     output::Output,

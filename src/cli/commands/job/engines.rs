@@ -36,7 +36,7 @@ pub fn files(work: &Work, engine: Engine) -> Result<Vec<File>, CliError> {
     Ok(files)
 }
 
-/// What starts the job.
+/// The command that starts the job.
 ///
 /// # Errors
 /// [`CliError::Usage`] for names that no script can hold.
@@ -90,7 +90,7 @@ fn parallel(work: &Work) -> Result<String, CliError> {
     ))
 }
 
-/// Runs a task's lines of the commands, and says after each how much is done, in percent.
+/// Runs a task's lines of the commands, and prints the progress in percent after each.
 fn task(work: &Work, progress: &str) -> String {
     let (chunk, count, tasks) = (work.chunk, work.commands.len(), work.tasks());
     format!(
@@ -135,7 +135,7 @@ fn merge_sbatch(work: &Work) -> Result<String, CliError> {
     ))
 }
 
-/// Slurm runs a job where it was submitted, and ends what waits for a job that failed.
+/// Slurm runs a job in the folder where it was submitted, and cancels jobs that depend on a failed one.
 fn submit(work: &Work) -> Result<String, CliError> {
     // A % is Slurm's own in names of logs.
     let log = |name: &str| Ok::<_, CliError>(path(work, "")?.replace('%', "%%") + name);
@@ -166,8 +166,8 @@ fn submit(work: &Work) -> Result<String, CliError> {
     ))
 }
 
-/// A template of version 2023-09. Defaults of paths begin at the template and never lead out of its directory, so the one
-/// that calls begin in is a string. JSON's strings are YAML's, too.
+/// A template of version 2023-09. Default paths must be within the template's directory, so the working directory is a
+/// string. JSON strings are valid YAML.
 fn template(work: &Work) -> String {
     let string = |text: &str| serde_json::Value::from(text).to_string();
     let plain = |c: char| {

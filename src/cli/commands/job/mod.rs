@@ -1,9 +1,9 @@
-//! `octray job`: the tasks of a farm as files. octray itself starts nothing and talks to nobody.
+//! `octray job`: writes the tasks of a farm as files. octray itself starts nothing and uses no network.
 //!
 //! ```text
-//! commands.txt   one call of octray a line: frames, or tiles
+//! commands.txt   one call of octray per line: frames, or tiles
 //! merge.txt      one call of `octray merge` for each picture that has tiles
-//! ...            what the engine reads: it runs all lines of the first, then those of the second
+//! ...            files of the engine, which runs all lines of the first, then those of the second
 //! ```
 
 mod engines;
@@ -29,7 +29,7 @@ const MOST_TASKS: u64 = 100_000;
 /// Columns and rows of a single picture's tiles.
 const USUAL_TILES: u32 = 4;
 
-/// What the engine runs.
+/// The calls that the engine runs.
 struct Work {
     /// Calls that render, in any order.
     commands: Vec<String>,
@@ -37,7 +37,7 @@ struct Work {
     merges: Vec<String>,
     /// Calls of a task.
     chunk: usize,
-    /// Where all paths begin that are not absolute.
+    /// The working directory of all calls.
     directory: String,
     folder: PathBuf,
     name: String,
@@ -144,7 +144,7 @@ fn check_tiles(plan: &JobPlan, [columns, rows]: [u32; 2], pictures: usize) -> Re
     Ok(())
 }
 
-/// Calls for the frames of a scene: as many frames a call as a chunk has, as far as they follow each other.
+/// Calls for the frames of a scene: a chunk of consecutive frames each.
 fn frame_commands(plan: &JobPlan, job: &Job) -> Result<Vec<String>, CliError> {
     let numbers: Vec<u32> = job
         .frames
@@ -231,8 +231,8 @@ impl Tiles<'_> {
     }
 }
 
-/// A killed task may have written the AOVs and not yet the picture, and most formats do not tell whose files they are. The
-/// next attempt replaces them. Those that were there before the job, `octray job` refuses.
+/// The option `--force`, if a killed task may leave AOVs without their picture: most formats do not mark octray's files, and
+/// the next attempt must replace them. `octray job` itself refuses to run if such files exist.
 fn force(plan: &JobPlan, frame: &Frame) -> Option<String> {
     let has_files = frame.aovs.in_files().next().is_some();
     let option = "--force".to_owned();
@@ -281,7 +281,7 @@ fn text(path: &Path) -> Result<&str, CliError> {
     })
 }
 
-/// Makes a folder, or takes one that is empty: an old job's tiles would be taken for this one's.
+/// Makes a folder, or accepts an empty one: an old job's tiles would be mistaken for this one's.
 fn make_folder(folder: &Path) -> Result<(), CliError> {
     let failed =
         |error: &io::Error| CliError::writing(&format!("to the directory {}", clip_path(folder)), error);

@@ -1,4 +1,4 @@
-//! The next scene is loaded while the one before is rendered.
+//! Loads the next scene while one is rendered.
 
 use crate::cli::{
     load::{self, Input},
@@ -11,7 +11,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Larger mesh files are loaded when their turn comes, with a bar that shows how far they are, bytes.
+/// Larger mesh files, in bytes, are not loaded ahead, but with a progress bar.
 const MOST_BYTES: u64 = 64 << 20;
 
 /// A scene that was loaded, the files that were opened, and how long it took.
@@ -35,10 +35,10 @@ impl<'scope, 'env> Ahead<'scope, 'env> {
         }
     }
 
-    /// The scene that was begun. `None` if none was, or if it is not whole: then it is loaded again, with all the memory there
-    /// is, and has its errors and warnings in its turn.
+    /// The scene that was loaded ahead. `None` if none was, or if it failed or is incomplete: then it is loaded again, with all
+    /// memory, and reports its errors and warnings in order.
     pub fn take(&mut self) -> Option<Ready> {
-        // A panic has been told by its thread.
+        // The thread has reported its panic.
         self.loading.take()?.join().ok()?
     }
 }
@@ -46,12 +46,12 @@ impl<'scope, 'env> Ahead<'scope, 'env> {
 fn load(plan: &InputPlan, memory: u64) -> Option<Ready> {
     let (mut files, start) = (Vec::new(), Instant::now());
     let input = load::load_and_list(plan, memory, &mut files).ok()?;
-    // Images that do not fit are left out with a warning: in its turn there may be room for them.
+    // Images that do not fit are left out with a warning; later there may be enough memory.
     let is_whole = !input.notes.iter().any(|note| note.contains("memory"));
     is_whole.then(|| (input, files, start.elapsed()))
 }
 
-/// Whether a scene is a file, since pipes are read once, and no large mesh.
+/// Whether a scene is a file (pipes are read only once) and not a large mesh.
 fn is_small(plan: &InputPlan) -> bool {
     let is_small =
         |file: Metadata| file.is_file() && (plan.kind == InputKind::Scene || file.len() <= MOST_BYTES);

@@ -1,4 +1,4 @@
-//! What a sheet calls its pictures.
+//! Labels of the pictures on a contact sheet.
 
 use crate::cli::plan::{Frame, RenderPlan};
 use std::{
@@ -7,7 +7,7 @@ use std::{
     path::Path,
 };
 
-/// The files of a call whose names other files have, too.
+/// File names that several files of the call have.
 pub(super) struct Labels(HashSet<OsString>);
 
 impl Labels {
@@ -22,7 +22,7 @@ impl Labels {
         Self(alike)
     }
 
-    /// A scene's file name, with its folder where that name is not enough, and the number of a frame.
+    /// A scene's file name, with its folder if the name is ambiguous, and the number of a frame.
     pub(super) fn of(&self, scene: &Path, frame: &Frame) -> String {
         let mut name = file_name(scene).to_string_lossy().into_owned();
         let folder = scene.parent().and_then(Path::file_name);

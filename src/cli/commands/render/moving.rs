@@ -11,7 +11,7 @@ use crate::{
 };
 use std::time::{Duration, Instant};
 
-/// Moves a scene to a frame, its hierarchy and the camera with it. Returns how long that took.
+/// Moves a scene to a frame, with its BVH and camera. Returns the time that took.
 pub fn move_to(
     turn: Option<Turn>,
     job: &Job,
@@ -29,7 +29,7 @@ pub fn move_to(
 }
 
 impl Call<'_> {
-    /// Refuses frames that a scene from standard input does not have: only now is that known.
+    /// Rejects frames that a scene from standard input does not have, which is known only after loading.
     pub fn check_frames(&self, job: &Job, scene: &Scene) -> Result<(), CliError> {
         let is_own = !self.plan.is_turning && self.plan.poses.is_none();
         let last = job.frames.last().and_then(|frame| frame.turn).filter(|_| is_own);

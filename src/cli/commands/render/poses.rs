@@ -13,7 +13,7 @@ use crate::{
 use std::path::Path;
 
 impl Call<'_> {
-    /// The camera of a frame, which the scene or its options give, unless it is a pose; turned for a turntable.
+    /// The camera of a frame: a pose, or that of the scene or its options, turned for a turntable.
     pub fn camera_of(&self, turn: Option<Turn>, camera: &Camera) -> Result<Camera, CliError> {
         let pose = |turn: Turn| {
             Some(
@@ -32,7 +32,7 @@ impl Call<'_> {
         })
     }
 
-    /// Refuses to save the poses of a camera that has none, before its picture is made.
+    /// Refuses to save the pose of an orthographic camera before its picture is rendered.
     pub fn prepare_poses(&mut self, camera: &Camera, settings: &Settings) -> Result<(), CliError> {
         if self.plan.save_poses.is_some() && self.saved_poses.is_none() {
             let size = [settings.width, settings.height];

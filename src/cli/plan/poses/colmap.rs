@@ -1,7 +1,7 @@
 //! Cameras of a COLMAP reconstruction: `images.txt` and `cameras.txt`, or `images.bin` and `cameras.bin`, side by side, as
 //! <https://colmap.github.io/format.html> describes them.
 //!
-//! A rotation and a translation take points of the scene to a camera that looks along z, with y down.
+//! A rotation and a translation map the scene to the space of a camera that looks along z, with y down.
 
 use super::{Frame, Lens, MAX_POSES};
 use crate::{
@@ -83,7 +83,7 @@ pub(super) fn frames(path: &Path) -> Result<Vec<Frame>, LoadError> {
 }
 
 impl Image {
-    /// The pose as a frame of a NeRF file has it: from a camera that looks along -z, with y up, to the scene.
+    /// The pose as in a NeRF file: from a camera that looks along -z, with y up, to the scene.
     fn frame(self, lens: Lens) -> Frame {
         let [w, x, y, z] = self.rotation;
         let to_scene = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize()).transpose();
@@ -149,7 +149,7 @@ impl Lines {
         LoadError::new(at, message)
     }
 
-    /// Goes on to the next line that is neither empty nor a comment; false at the end.
+    /// Moves to the next line that is neither empty nor a comment; false at the end.
     fn next(&mut self) -> Result<bool, LoadError> {
         loop {
             self.line.clear();
