@@ -245,7 +245,7 @@ impl fmt::Display for SceneError {
                 in_bytes(*needed),
                 in_bytes(*limit)
             ),
-            Self::Flat => f.write_str("the transform makes it flat, expected one that can be undone"),
+            Self::Flat => f.write_str("the transform flattens it, expected an invertible one"),
             Self::Keyframe(why) => f.write_str(why),
             Self::AtTime { time, place, why } => {
                 if let Some(place) = place {

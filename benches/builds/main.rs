@@ -1,6 +1,6 @@
-//! Ways of building, and the speed of rays through each tree: the suite's scenes, built fast, best and by obvhs' PLOC; the
-//! same rays through all trees in turn, on one thread, median of seven. The last column is best relative to PLOC. Threads
-//! are not pinned, and each tree is built once: differences below 10 % mean little.
+//! Compares builders, and the speed of rays through each tree: the suite's scenes, built fast, best and by obvhs' PLOC; the
+//! same rays through all trees alternately, on one thread, median of seven. The last column is best relative to PLOC.
+//! Threads are not pinned, and each tree is built once: differences below 10 % mean little.
 //!
 //! ```text
 //! cargo bench --bench builds
@@ -98,7 +98,7 @@ fn trace_time(tracer: &mut Tracer<'_>, set: &RaySet, results: &mut Results) -> D
     start.elapsed()
 }
 
-/// Median times, taken in turn.
+/// Median times of alternating runs.
 fn medians(mut take: impl FnMut(BuildQuality) -> Duration) -> [f64; 3] {
     let rounds: Vec<_> = repeat_with(|| QUALITIES.map(&mut take)).take(ROUNDS).collect();
     [0, 1, 2].map(|i| {

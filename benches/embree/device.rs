@@ -51,7 +51,7 @@ impl Buffers {
     }
 }
 
-/// The triangles of a prototype, or those that belong to none.
+/// The triangles of a prototype, or those outside of all.
 fn triangles_of(scene: &Scene, prototype: Option<PrototypeId>) -> Vec<[u32; 3]> {
     let corners = &scene.triangles().corners;
     let ids = scene.ids_of(prototype).into_iter().flatten();
@@ -61,7 +61,7 @@ fn triangles_of(scene: &Scene, prototype: Option<PrototypeId>) -> Vec<[u32; 3]> 
 /// How a scene is built, and which code traces it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Build {
-    /// The instruction set is held to AVX2 instead of the best that the CPU has.
+    /// AVX2 instead of the CPU's best instruction set.
     pub avx2: bool,
     /// High quality (with spatial splits) instead of medium.
     pub high: bool,

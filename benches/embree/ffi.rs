@@ -197,8 +197,8 @@ impl Api {
             format!("there is no Embree in {FOLDER}; benches/embree/fetch.sh puts it there (Linux, x86-64)")
         })?;
         let explain = |error: libloading::Error| format!("cannot load {}: {error}", path.display());
-        // SAFETY: the library's initialisers ask the CPU what it can do, and no more. It finds the thread pool
-        // that it needs beside itself.
+        // SAFETY: the library's initialisers only query the CPU. It finds the thread pool that it needs in its own
+        // folder.
         let library = unsafe { Library::new(&path) }.map_err(explain)?;
         // SAFETY: the name says that it is an Embree 4.
         unsafe { Self::from_library(Box::leak(Box::new(library))) }.map_err(explain)

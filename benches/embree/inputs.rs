@@ -30,7 +30,7 @@ pub struct Input {
     pub camera: Camera,
 }
 
-/// Where to look from in named files.
+/// The view of named files.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct View {
     /// Named scenes: a classic viewpoint, 1 to 6

@@ -1,4 +1,4 @@
-//! octray against Intel's Embree 4.4: the same rays, in one process, on one thread, in turn.
+//! octray against Intel's Embree 4.4: the same rays, alternately in one process, on one thread.
 //!
 //! ```text
 //! bash benches/embree/fetch.sh
@@ -9,10 +9,10 @@
 //!
 //! The rays are those of [`octray::bench::Workload`]; the time runs from rays in memory to hits in memory. octray traces
 //! as the renderer does, but camera and mirror rays in one call. Embree runs in every mode that could win: 1, 8 or 16 rays
-//! a call, coherent or not, best instruction set or AVX2, medium or high build quality, spheres as its own geometry or
-//! ours, shadow rays from either end. All modes are tried briefly; those near the fastest take turns with octray, and the
-//! best median counts. Embree's rays are prepared in its own layout, 16 rays as 4x4 pixels, without empty packets. For
-//! both, rays are in large pages.
+//! per call, coherent or not, best instruction set or AVX2, medium or high build quality, spheres as its own geometry or
+//! ours, shadow rays from either end. All modes are tried briefly; those near the fastest alternate with octray, and the best
+//! median is reported. Embree's rays are prepared in its own layout, 16 rays as 4x4 pixels, without empty packets. The rays
+//! of both are in large pages.
 
 mod device;
 mod ffi;
@@ -79,7 +79,7 @@ struct Arguments {
     #[arg(long)]
     all_modes: bool,
 
-    /// Also one ray a call, through octray's queries
+    /// Also one ray per call, through octray's queries
     #[arg(long)]
     one_by_one: bool,
 

@@ -40,7 +40,7 @@ pub struct Disputes {
     pub distance: Vec<Distances>,
 }
 
-/// N rays, an array a field. Its 32 N bytes align `valid` as Embree requires.
+/// N rays, an array per field. Its 32 N bytes align `valid` as Embree requires.
 #[repr(C)]
 #[derive(Clone, Copy)]
 struct Packet<const N: usize> {
@@ -111,7 +111,7 @@ impl Prepared {
         prepared
     }
 
-    /// Traces the set, `width` rays a call. This is what is timed.
+    /// Traces the set, `width` rays per call. Only this is timed.
     pub fn trace(&mut self, scene: &EmbreeScene<'_>, width: usize, coherent: bool) {
         let arguments = &Arguments::new(coherent);
         if self.kind.is_any_hit() {

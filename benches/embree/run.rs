@@ -129,7 +129,7 @@ pub struct Builds {
     pub embree_medium: [f64; 2],
 }
 
-/// Builds on one thread and on two, in turn.
+/// Builds on one thread and on two, alternating.
 ///
 /// # Errors
 /// An error of Embree or of the system.
@@ -181,7 +181,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The level that octray is held to.
+    /// The level of octray.
     fn level(self) -> Level {
         match "avx2".parse() {
             Ok(level) if self.avx2 => level,
@@ -342,7 +342,7 @@ fn row(input: &Input, bvh: &Bvh, set: &RaySet, scenes: &[EmbreeScene<'_>], plan:
     }
 }
 
-/// Prints nanoseconds a ray, one ray a call: octray's queries, and Embree's best mode of that width.
+/// Prints nanoseconds per ray with one ray per call: octray's queries, and Embree's best mode of that width.
 fn one_by_one(input: &Input, set: &RaySet, embree: &mut Embree<'_>, looked_at: &[(f64, Mode)], plan: Plan) {
     let best = looked_at.iter().find(|(_, mode)| mode.width == 1);
     let (Some((_, mode)), Some(single)) = (best, Single::new(&input.scene, set, plan.level())) else {

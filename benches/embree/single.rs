@@ -1,5 +1,5 @@
-//! One ray a call: [`Geometry::closest_hit`] and [`Geometry::occluded`] against Embree's `rtcIntersect1` and
-//! `rtcOccluded1`, in turn.
+//! One ray per call: [`Geometry::closest_hit`] and [`Geometry::occluded`] against Embree's `rtcIntersect1` and
+//! `rtcOccluded1`, alternating.
 
 use octray::{
     Geometry, Level, Ray,

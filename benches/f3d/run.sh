@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# From a file to a picture: octray against f3d, on the same binary PLY, in turn, in one run.
+# From a file to a picture: octray against f3d, alternately on the same binary PLY.
 #
 #   bash benches/f3d/run.sh [TRIANGLES ...]     (1 and 10 million by default)
 #
 # Needs f3d and xvfb (Debian: apt-get install f3d xvfb) and a release build of octray (OCTRAY names another one). Both
 # make a picture of 1024x1024; octray with shadows, which f3d does not draw. Prints the median time of RUNS (5) from
-# program start to end, and the peak memory as bytes a triangle if GNU time is installed.
+# program start to end, and the peak memory as bytes per triangle if GNU time is installed.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 octray=${OCTRAY:-target/release/octray}

@@ -1,10 +1,10 @@
-"""How long octray, Blender's Cycles and POV-Ray take to pictures of like noise, on two like scenes.
+"""Compares how long octray, Blender's Cycles and POV-Ray take for pictures of equal noise, on two equivalent scenes.
 
     pip install numpy trimesh OpenEXR bpy       (bpy asks for one version of Python: 5.0 for 3.11)
     apt-get install povray
     cargo build --release && python benches/noise/compare.py [FOLDER]
 
-The statue in the light of a sphere, and balls of glass, mirror and matte colours in that of a square: direct light alone,
+The statue in the light of a sphere, and balls of glass, mirror and matte colours in that of a square: only direct light,
 512x512, two threads, no denoiser, a box filter. Noise is the root mean square difference from the same program's picture
 with many samples (kept in FOLDER), as a share of its mean. octray is timed from start to end of the process, Cycles by its
 render operator, POV-Ray by its own "Trace Time", without reading the scene. POV-Ray's glass casts no shadow.

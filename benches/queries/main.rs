@@ -1,4 +1,4 @@
-//! Queries through the library's door, against the tracer on packets that are ready: rays per second of the same rays, in
+//! Queries through the public interface, against the tracer on prepared packets: rays per second of the same rays, in
 //! turn, on one thread, median of nine. Then single rays, inside tests and closest points.
 //!
 //! ```text

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Measures the frames a second of the live window, on a display of its own (Xvfb). Prints a table in Markdown.
+# Measures the frames per second of the live window on a virtual display (Xvfb). Prints a table in Markdown.
 #
 #   bash benches/viewer/run.sh [SCENE ...]     (the shipped scenes by default)
 #
 # Needs xvfb (Debian: apt-get install xvfb), jq and a release build of octray (OCTRAY names another one).
 # Orbits every scene for SECONDS_EACH (5) seconds in 512x512 and 1280x720, then a generated mesh of TRIANGLES (a million)
-# triangles in 1280x720. All of it is repeated RUNS (3) times; each row is the median by full-quality frames a second,
-# in which every pixel of the window was traced.
+# triangles in 1280x720. All of it is repeated RUNS (3) times; each row is the median by full-quality frames per second, in
+# which every pixel of the window was traced.
 set -euo pipefail
 here=$PWD
 cd "$(dirname "$0")/../.."

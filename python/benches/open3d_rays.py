@@ -1,9 +1,9 @@
-"""octray against Open3D's RaycastingScene: the same questions in turn, in one process, medians, answers compared.
+"""octray against Open3D's RaycastingScene: the same queries alternately in one process, medians, results compared.
 
     pip install ./python open3d trimesh embreex
     python python/benches/open3d_rays.py mesh.ply ...
 
-Open3D takes float32 alone, so both are given float32: rays of two arrays for octray, of one array for Open3D.
+Open3D takes only float32, so both get float32: rays as two arrays for octray, as one array for Open3D.
 """
 
 import sys

@@ -1,4 +1,4 @@
-"""octray against embreex through trimesh: the same questions in turn, in one process, medians, answers compared.
+"""octray against embreex through trimesh: the same queries alternately in one process, medians, results compared.
 
     pip install ./python trimesh embreex rtree
     python python/benches/trimesh_rays.py mesh.ply ...

@@ -1,4 +1,4 @@
-"""Ray queries on triangle meshes: fast, watertight, and the same answers on every machine.
+"""Ray queries on triangle meshes: fast, watertight, and the same results on every machine.
 
 >>> import numpy as np
 >>> import octray

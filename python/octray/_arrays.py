@@ -1,4 +1,4 @@
-"""Checks of arguments: each is made a contiguous array of the right type, or refused in a sentence."""
+"""Checks of arguments: converts each to a contiguous array of the right type, or raises ``ValueError``."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ def _numbers(name: str, value, what: str) -> np.ndarray:
 
 
 def _require(array: np.ndarray, dtype) -> np.ndarray:
-    """Return an array as the native code takes it: contiguous, aligned and in the machine's byte order."""
+    """Return an array for the native code: contiguous, aligned and in the machine's byte order."""
     return np.require(array, dtype, ["C", "A"])
 
 
 def vectors(name: str, value, *, one: bool = False) -> np.ndarray:
-    """Return vectors, one a row, as contiguous ``float32`` or ``float64``."""
+    """Return vectors, one per row, as contiguous ``float32`` or ``float64``."""
     what = "an array of numbers of shape (n, 3)"
     array = _numbers(name, value, what)
     if array.ndim == 1 and array.shape == (3,) and one:
@@ -44,7 +44,7 @@ def vectors(name: str, value, *, one: bool = False) -> np.ndarray:
 
 
 def faces(value) -> np.ndarray:
-    """Return triangles, three vertex indices a row, as contiguous ``int64``."""
+    """Return triangles, three vertex indices per row, as contiguous ``int64``."""
     what = "an array of integers of shape (m, 3)"
     array = _numbers("faces", value, what)
     if array.size == 0 and array.ndim <= 2:
@@ -59,7 +59,7 @@ def faces(value) -> np.ndarray:
 
 
 def rays(origins, directions) -> tuple[np.ndarray, np.ndarray]:
-    """Return origins and directions: one of either serves for all of the other."""
+    """Return origins and directions; a single one of either is used for all of the other."""
     origins = vectors("origins", origins, one=True)
     directions = vectors("directions", directions, one=True)
     if len(directions) == 1 and len(origins) != 1:
@@ -73,9 +73,9 @@ def rays(origins, directions) -> tuple[np.ndarray, np.ndarray]:
 
 
 def ends(name: str, value, count: int) -> float | np.ndarray:
-    """Return the ends of rays: a number, or a contiguous ``float32`` array of one each.
+    """Return the ends of rays: a number, or a contiguous ``float32`` array with one per ray.
 
-    They are rounded outwards: ``t``, which is ``float32``, compares with the result as with the value.
+    They are rounded outwards, so that a ``float32`` ``t`` compares with the result as with the value.
     """
     what = f"a number or an array of shape ({count},)"
     array = _numbers(name, value, what)
@@ -97,7 +97,7 @@ def ends(name: str, value, count: int) -> float | np.ndarray:
 
 
 def count(name: str, value, *, least: int, most: int = sys.maxsize) -> int:
-    """Return a count; one above the largest is the largest."""
+    """Return a count, clamped to ``most``."""
     try:
         number = operator.index(value)
     except TypeError:

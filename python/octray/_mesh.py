@@ -18,9 +18,9 @@ _MOST_THREADS = 4096
 class Hits:
     """The closest hits of k rays.
 
-    ``t`` is how far each ray goes to its hit, in lengths of its direction (``inf`` where it misses); ``triangle`` the
-    triangle that it hits (-1 where it misses); ``uv`` the barycentric weights of that triangle's second and third
-    corner; ``hit`` whether it hits.
+    ``t`` is the distance of each hit in units of the direction's length (``inf`` for a miss); ``triangle`` the index of
+    the triangle (-1 for a miss); ``uv`` the barycentric weights of its second and third corner; ``hit`` whether the ray
+    hits.
     """
 
     t: NDArray[np.float32]
@@ -45,10 +45,10 @@ class Hits:
 
     @property
     def position(self) -> NDArray[np.float64]:
-        """The points that are hit, shape (k, 3), ``float64``; NaN where a ray misses.
+        """The hit points, shape (k, 3), ``float64``; NaN for a miss.
 
-        Computed when it is first asked for, from the mesh as it was when the rays were traced, and the arrays of
-        rays that were given: do not change those before.
+        Computed on first access, from the mesh as it was when the rays were traced and the original arrays of rays: do
+        not change those before.
         """
         return self._surface[0]
 
@@ -57,25 +57,25 @@ class Hits:
 
     @property
     def normal(self) -> NDArray[np.float64]:
-        """Unit normals of the triangles that are hit, by their winding, shape (k, 3), ``float64``; NaN where a ray misses.
+        """Unit normals of the triangles that are hit, by their winding, shape (k, 3), ``float64``; NaN for a miss.
 
-        Computed as ``position`` is.
+        Computed like ``position``.
         """
         return self._surface[1]
 
 
 class Mesh:
-    """A triangle mesh that answers queries, from any number of threads at once.
+    """A triangle mesh for queries, which any number of threads may make at once.
 
     Parameters
     ----------
     vertices
-        Positions, shape (n, 3), ``float32`` or ``float64``. They are kept in ``float32``, relative to their middle on
-        an axis on which they are far from 0.
+        Positions, shape (n, 3), ``float32`` or ``float64``. They are stored in ``float32``, relative to the mesh's
+        centre on each axis on which it is far from 0.
     faces
         Three vertex indices each, shape (m, 3), integers.
     threads
-        How many threads to use; by default ``OCTRAY_THREADS``, or as many as there are cores.
+        Number of threads; by default ``OCTRAY_THREADS``, or the number of cores.
 
     Raises
     ------
@@ -139,12 +139,13 @@ class Mesh:
     ) -> Hits:
         """Find the closest hit of each ray with ``t_min < t < t_max``.
 
-        Of equally near triangles the one with the lowest index is told. A ray with a NaN or without a direction misses.
+        Of equally near triangles the one with the lowest index is hit. A ray with a NaN misses.
 
         Parameters
         ----------
         origins, directions
-            Shape (k, 3), or one for all: rays from one origin are traced fastest. Directions may have any length but 0.
+            Shape (k, 3), or one for all: rays with a shared origin are traced fastest. Directions may have any length
+            but 0.
         t_min, t_max
             A number, or one for each ray.
         """
@@ -175,10 +176,10 @@ class Mesh:
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]:
         """Find all hits of each ray with ``t_min < t < t_max``.
 
-        Returns ``ray``, ``triangle`` (``int64``) and ``t`` (``float32``): flat arrays, ordered by ray, then t, then
-        triangle. Where a ray meets an edge or a vertex, all triangles there are told; with ``crossings`` only those
-        through which it passes, so that their number is even for a ray from outside a closed mesh. ``max_hits`` keeps the
-        nearest hits of each ray.
+        Returns ``ray``, ``triangle`` (``int64``) and ``t`` (``float32``): flat arrays, sorted by ray, then t, then
+        triangle. At an edge or a vertex all triangles that the ray touches are hit; with ``crossings`` only those that it
+        crosses, so that their number is even for a ray from outside a closed mesh. ``max_hits`` keeps the nearest hits of
+        each ray.
         """
         limit = None if max_hits is None else _arrays.count("max_hits", max_hits, least=0)
         arguments = self._rays(origins, directions, t_min, t_max)
@@ -205,7 +206,7 @@ class Mesh:
         return self._mesh.signed_distance(_arrays.vectors("points", points, one=True))
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Return whether each point is inside the mesh: whether each way out crosses it an odd number of times.
+        """Return whether each point is inside the mesh: whether rays from it cross the mesh an odd number of times.
 
         Raises
         ------
@@ -215,9 +216,9 @@ class Mesh:
         return self._mesh.contains(_arrays.vectors("points", points, one=True))
 
     def refit(self, vertices: ArrayLike) -> None:
-        """Move the vertices without building the mesh again; it must have the same number of them.
+        """Move the vertices, whose number must not change, without rebuilding the mesh.
 
-        The answers are those of a new mesh."""
+        Results are those of a new mesh."""
         self._mesh.refit(_arrays.vectors("vertices", vertices))
 
     def __copy__(self) -> Mesh:

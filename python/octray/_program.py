@@ -1,4 +1,4 @@
-"""The program ``octray``, as the package installs it."""
+"""The program ``octray`` of the package."""
 
 import signal
 import sys
@@ -8,6 +8,6 @@ def main() -> None:
     """Run the program with the arguments of this process."""
     from ._octray import program
 
-    # The program listens to Ctrl-C itself.
+    # The program handles Ctrl-C itself.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     sys.exit(program(["octray", *sys.argv[1:]]))

@@ -28,7 +28,7 @@ def render(
     aov: Sequence[str] = (),
     style: str | None = None,
 ) -> dict[str, NDArray[Any]]:
-    """Render a scene (``.scn``), a mesh file or a :class:`Mesh`, as the program ``octray`` does.
+    """Render a scene (``.scn``), a mesh file or a :class:`Mesh`, like the program ``octray``.
 
     Parameters
     ----------
@@ -38,14 +38,14 @@ def render(
         Width and height, pixels.
     camera
         A camera of the file by name, a classic viewpoint from 1 to 6, or a dictionary with any of ``eye``, ``target``,
-        ``up`` (three numbers each), ``fov`` (degrees, vertical) or ``ortho`` (the picture's height in scene units, for
-        parallel rays), ``aperture`` (the diameter of a lens, scene units) and ``focus`` (the distance that is sharp). In
-        place of ``eye``, ``from`` frames a mesh: seen from its ``"front"``, ``"right"``, ``"back"``, ``"left"``,
-        ``"top"`` or ``"bottom"``, or from an azimuth and an elevation in degrees. By default the scene's first camera,
-        or one that frames the mesh.
+        ``up`` (three numbers each), ``fov`` (degrees, vertical) or ``ortho`` (the height of an orthographic view, scene
+        units), ``aperture`` (the diameter of a lens, scene units) and ``focus`` (the distance in focus, scene units).
+        Instead of ``eye``, ``from`` frames a mesh from its ``"front"``, ``"right"``, ``"back"``, ``"left"``, ``"top"`` or
+        ``"bottom"``, or from an azimuth and an elevation in degrees. By default the scene's first camera, or one that
+        frames the mesh.
     samples
-        Samples for each pixel: a number; ``"auto"`` or ``"auto:N"``, which take up to 16 or N, fewer in pixels that look
-        like their neighbours; or ``"usual"``, which is 1, or ``"auto"`` for meshes that are not plain.
+        Samples per pixel: a number; ``"auto"`` or ``"auto:N"``, which take up to 16 or N, fewer in pixels that look like
+        their neighbours; or ``"usual"``, which is 1, or ``"auto"`` for meshes that are not plain.
     aov
         More arrays, by name: ``"depth"``, ``"normal"``, ``"albedo"``, ``"id"``, each of one ray through the pixel's
         centre.
@@ -56,17 +56,16 @@ def render(
     Returns
     -------
     dict
-        ``"color"``: shape (height, width, 3), ``uint8``, in sRGB, or linear if it is of a scene or plain;
-        ``"depth"``: (height, width) ``float32``, infinite where
-        nothing is; ``"normal"``, ``"albedo"``: (height, width, 3) ``float32``; ``"id"``: (height, width) ``uint32``, the
-        triangle, 2^32 - 1 where nothing is.
+        ``"color"``: shape (height, width, 3), ``uint8``, in sRGB, or linear for scenes and plain meshes; ``"depth"``:
+        (height, width) ``float32``, scene units, infinite for a miss; ``"normal"``, ``"albedo"``: (height, width, 3)
+        ``float32``; ``"id"``: (height, width) ``uint32``, the index of the primitive, 2^32 - 1 for a miss.
 
     Raises
     ------
     FileNotFoundError
         If there is no such file.
     ValueError
-        If an argument is wrong, or the file is faulty: with its line and column.
+        If an argument is invalid, or the file is faulty: then with line and column.
     """
     aov = (aov,) if isinstance(aov, str) else aov
     aov = tuple(aov) if isinstance(aov, Iterable) else (aov,)
@@ -100,7 +99,7 @@ def render(
 
 
 def _camera(camera):
-    """Return where the camera starts, its target, up, and its field of view, height, aperture and focus."""
+    """Return the camera's start, target, up vector, and [field of view, height, aperture, focus]."""
     if camera is None or isinstance(camera, str):
         return camera, None, None, [None] * 4
     if isinstance(camera, Mapping):

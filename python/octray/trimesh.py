@@ -17,8 +17,8 @@ from ._mesh import Mesh
 class RayMeshIntersector:
     """The methods of ``trimesh.ray.ray_pyembree.RayMeshIntersector``, with the same shapes and types.
 
-    Where a ray passes through an edge or a vertex, one triangle there is told, as trimesh's engines do, or with
-    ``every_triangle`` all that it touches. Hits come ray by ray, the nearest first. ``scale_to_box`` has no effect:
+    Where a ray passes through an edge or a vertex, one triangle is reported, as by trimesh's engines, or with
+    ``every_triangle`` all that it touches. Hits are sorted by ray, the nearest first. ``scale_to_box`` has no effect:
     coordinates are never scaled.
     """
 
@@ -32,7 +32,7 @@ class RayMeshIntersector:
 
     @property
     def _scene(self) -> Mesh:
-        """The mesh as it is now."""
+        """The mesh with its current vertices."""
         key = hash(self.mesh)
         if self._built is None or self._built[0] != key:
             mesh = Mesh(self.mesh.vertices.view(np.ndarray), self.mesh.faces.view(np.ndarray))
@@ -56,8 +56,8 @@ class RayMeshIntersector:
         max_hits: int = 100,
         return_locations: bool = False,
     ) -> tuple[Any, ...]:
-        """Return the triangles that rays hit: ``index_tri`` (m,), ``index_ray`` (m,), and ``locations`` (m, 3) if
-        they are asked for."""
+        """Return the triangles that rays hit: ``index_tri`` (m,), ``index_ray`` (m,), and with ``return_locations``
+        ``locations`` (m, 3)."""
         origins, directions = _checked(ray_origins, ray_directions)
         scene = self._scene
         limit = max_hits if multiple_hits else min(max_hits, 1)
@@ -79,7 +79,7 @@ class RayMeshIntersector:
         return self._scene.occluded(*_checked(ray_origins, ray_directions))
 
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Return whether each point is inside: (n,). A mesh that is not closed is asked as trimesh does."""
+        """Return whether each point is inside: (n,). For a mesh that is not closed, uses trimesh's algorithm."""
         points = np.asarray(points, dtype=np.float64)
         if points.ndim != 2 or points.shape[1] != 3:
             raise ValueError(f"points: expected shape (n, 3), found {points.shape}")
@@ -100,7 +100,7 @@ class RayMeshIntersector:
 
 
 class _Crossings:
-    """What trimesh asks of an open mesh: which rays cross it, and how often."""
+    """The interface that trimesh's algorithm for open meshes needs: which rays cross the mesh, and how often."""
 
     def __init__(self, mesh, scene):
         self.mesh = mesh
@@ -112,9 +112,9 @@ class _Crossings:
 
 
 def _once_a_place(scene, origins, directions, hits):
-    """Leave out hits that touch an edge or a vertex where another triangle is told.
+    """Keep one of several triangles that a ray touches at an edge or a vertex.
 
-    Of hits that rounding cannot tell apart, those stay through which the line passes, exactly; else the first.
+    Of hits within rounding error, those that the line crosses exactly stay, or else the first.
     """
     ray, triangle, t = hits
     is_near = (ray[1:] == ray[:-1]) & (t[1:] - t[:-1] <= t[1:] * 2.0**-20)

@@ -9,7 +9,7 @@ pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// The error about [`has_lone_returns`].
 pub(super) const LONE_RETURNS: &str =
-    "its lines end in CR alone, as on Macs before 2001, expected LF or CR LF";
+    "its lines end in CR only, as on Macs before 2001, expected LF or CR LF";
 
 /// Whether lines end with carriage returns without newlines.
 pub(super) fn has_lone_returns(text: &[u8]) -> bool {

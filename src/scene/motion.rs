@@ -133,7 +133,7 @@ impl<T> Track<T> {
         }
         match self.0.last() {
             Some((last, _)) if time <= *last => Err(SceneError::Keyframe(format!(
-                "the time is {time}, expected one after {last}, that of the keyframe before"
+                "the time is {time}, expected more than {last}, the time of the previous keyframe"
             ))),
             _ if self.0.len() >= MAX_KEYFRAMES => Err(SceneError::TooMany {
                 what: "keyframes",
@@ -188,7 +188,7 @@ impl Motion {
     ///
     /// # Errors
     /// [`SceneError::Keyframe`]: a time that is not after the one before or not from 0 to [`MAX_TIME`], other steps than
-    /// those of the keyframe before, factors of a scaling that pass 0. [`SceneError::TooMany`].
+    /// those of the previous keyframe, factors of a scaling that pass 0. [`SceneError::TooMany`].
     pub fn add(&mut self, time: f64, mut steps: Vec<Step>) -> Result<(), SceneError> {
         self.0.check(time)?;
         if steps.len() > MAX_STEPS {
@@ -251,7 +251,7 @@ fn check_steps(before: &[Step], steps: &[Step]) -> Result<(), SceneError> {
     let kinds = [before, steps].map(names);
     if kinds[0] != kinds[1] {
         return Err(SceneError::Keyframe(format!(
-            "found the steps `{}`, expected those of the keyframe before, `{}`",
+            "found the steps `{}`, expected those of the previous keyframe, `{}`",
             kinds[1], kinds[0]
         )));
     }
@@ -284,7 +284,7 @@ impl CameraMotion {
             let why = if discriminant(&before.projection) != discriminant(&view.projection) {
                 "a perspective camera cannot become an orthographic one"
             } else if before.lens.focus.is_some() != view.lens.focus.is_some() {
-                "a keyframe has a distance in focus and another has none"
+                "some keyframes have a focus and others do not, expected all or none"
             } else {
                 ""
             };

@@ -177,7 +177,7 @@ impl<V: Lanes> BundleFrustum<V> {
     }
 
     /// The direction octant: for each axis 1 if all rays are negative along it, 0 if positive; `None` if they differ, or nearly
-/// do.
+    /// do.
     #[inline(always)]
     pub fn octant(&self) -> Option<[u8; 3]> {
         let Frame { k, i, j, sign, .. } = self.all.frame;

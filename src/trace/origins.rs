@@ -7,7 +7,7 @@ use super::{
     leaf::{self, Leaves},
     pairs::Pairs,
     policy::{ENTRY_PACKETS, RayKind},
-    scratch::{RayLanes, BundleScratch},
+    scratch::{BundleScratch, RayLanes},
     sheared,
     slabs::enter,
     stack::{DeferredLeaves, Entry, Limits},
@@ -179,7 +179,14 @@ impl RayOrigins for Separate {
         packets: u32,
         scratch: &BundleScratch<V::Memory>,
     ) -> Entering {
-        entering_by_packet::<V, ONE_OCTANT>(simd, planes, candidates, packets, &scratch.packets, &scratch.slabs)
+        entering_by_packet::<V, ONE_OCTANT>(
+            simd,
+            planes,
+            candidates,
+            packets,
+            &scratch.packets,
+            &scratch.slabs,
+        )
     }
 
     #[inline(always)]

@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn denoised_pictures_are_as_bright_as_those_at_rest_and_have_little_grain() {
+    fn denoised_pictures_are_as_bright_as_those_at_rest_and_have_little_noise() {
         let scene = soft_scene();
         let bvh = Bvh::build(&scene);
         let timeline = Arc::new(Timeline::new(Model::new(scene, bvh)));
@@ -184,11 +184,11 @@ mod tests {
             let rest = painter.film.clone();
             for (samples, most_left) in [(1, 0.5), (4, 0.7), (16, 1.0)] {
                 painter.trace(&request, SIZE, samples, go_on).unwrap();
-                let grain = differences(&painter.film, &rest);
+                let noise = differences(&painter.film, &rest);
                 let stats = painter.trace_denoised(&request, SIZE, samples, go_on).unwrap();
                 let left = differences(&painter.film, &rest);
                 assert!(left[0].abs() < 0.5, "{samples}: {left:?}");
-                assert!(left[1] < most_left * grain[1], "{samples}: {left:?} of {grain:?}");
+                assert!(left[1] < most_left * noise[1], "{samples}: {left:?} of {noise:?}");
                 assert_eq!(stats.rays.camera, u64::from(SIZE[0] * SIZE[1] * samples));
                 // The sky is as it was.
                 assert_eq!(painter.film.pixels()[0], rest.pixels()[0]);
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn hard_light_has_no_grain_to_take_out() {
+    fn hard_light_has_no_noise_to_remove() {
         let mut builder = SceneBuilder::new();
         let matte = builder.classic_material(1).unwrap();
         builder.add_sphere(Vec3::new(0.0, 0.0, 0.5), 0.5, matte).unwrap();

@@ -152,9 +152,9 @@ impl Session<'_> {
             match traced {
                 Ok(stats) => {
                     // At rest a single sample is not denoised.
-                    let has_grain = self.painter.denoises(shown) || request.has_lens();
-                    let is_grainy = request.style.last_samples() == 1 && has_grain;
-                    if plan.full && !self.pace.stands_in && !is_grainy {
+                    let has_noise = self.painter.denoises(shown) || request.has_lens();
+                    let is_noisy = request.style.last_samples() == 1 && has_noise;
+                    if plan.full && !self.pace.stands_in && !is_noisy {
                         self.progressive.done(1);
                     }
                     self.publish(shown, *generation, &stats, 1, plan.full);

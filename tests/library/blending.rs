@@ -1,5 +1,5 @@
-//! Surfaces through which one sees, against closed forms: each gives its opacity times its own colour, and the rest of what
-//! is behind it.
+//! Half-transparent surfaces against closed forms: each shows its opacity times its own colour, and the rest of what is
+//! behind it.
 
 use crate::glass::{GRADIENT, assert_near, color, pixels, sky, surface, under};
 use glam::{DVec3, Vec3};
@@ -31,7 +31,7 @@ fn pane(builder: &mut SceneBuilder, z: f32, color: [f32; 3], opacity: f32) {
     surface(builder, z, true, id);
 }
 
-/// What a ray straight down sees.
+/// The colour of a ray straight down.
 fn below(builder: SceneBuilder, max_depth: u32) -> [f64; 3] {
     color(&builder.finish(), DVec3::Z * 2.0, DVec3::ZERO, max_depth)
 }
@@ -145,7 +145,7 @@ fn a_pane_in_front_of_a_mirror() {
     }
 }
 
-/// A mirror through which one sees gives both.
+/// A half-transparent mirror shows both.
 #[test]
 fn half_a_mirror() {
     let (mut builder, _) = under(GRADIENT, Material::GLASS);
@@ -242,7 +242,7 @@ fn shadows_of_glass() {
     assert_left(tinted(5.0, 1), |builder| slab(builder, None, Some(5.0)));
 }
 
-/// Alpha of pictures without background is that of all that a ray goes through, and colours are premultiplied by it.
+/// Alpha of pictures without background is that of all surfaces on a ray, and colours are premultiplied by it.
 #[test]
 fn coverage_is_opacity() {
     let (a, b) = (0.3_f32, 0.6_f32);
@@ -281,7 +281,7 @@ fn coverage(scene: &Scene, camera: &Camera, mode: Mode) -> Vec<[f32; 4]> {
     film.pixels().to_vec()
 }
 
-/// Alpha of an image multiplies the opacity, and where it is 0 nothing is met.
+/// Alpha of an image multiplies the opacity, and where it is 0 nothing is hit.
 #[test]
 fn an_image_gives_opacity() {
     for alpha in [0, 51, 255] {

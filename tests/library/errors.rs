@@ -71,7 +71,7 @@ fn report(head: &str) -> String {
     }
 }
 
-/// The report of a mesh and the files beside it.
+/// The report of a mesh and the files that it names.
 fn mesh_report(head: &str) -> String {
     let files: Vec<(&str, Vec<u8>)> = head
         .split("---- ")

@@ -1,5 +1,5 @@
-//! Animated scenes: placements between keyframes have their closed forms, and a moved frame is that of a scene that
-//! stands there, whatever traces it.
+//! Animated scenes: placements between keyframes have their closed forms, and a frame equals that of a static scene, in all
+//! modes.
 
 use crate::{instances::brute_force_agrees, sameness};
 use glam::{DMat3, DVec3};

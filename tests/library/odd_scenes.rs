@@ -151,8 +151,8 @@ fn many_equal_primitives_build_quickly() {
     }
 }
 
-/// From so far away that products overflow, along a line that passes the middle of the scene exactly: every way of tracing
-/// finds what single rays find.
+/// From so far away that products overflow, along a line exactly through the scene's centre: every tracing method finds what
+/// single rays find.
 #[test]
 fn origins_at_the_end_of_all_numbers() {
     let mut random = fastrand::Rng::with_seed(31);

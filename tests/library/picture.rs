@@ -1,4 +1,4 @@
-//! Crops put together are the whole picture, in both modes, for colours, layers (AOVs) and alpha.
+//! Crops joined together are the whole picture, in both modes, for colours, AOVs and alpha.
 
 use crate::shipped_scene;
 use octray::{

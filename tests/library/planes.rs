@@ -116,7 +116,7 @@ fn picture(scene: &Scene, camera: &Camera, settings: &Settings) -> Film {
     frame.expect("a small picture").film
 }
 
-/// A ground with one light above it, `scale` times as large as said and far away, looks as near 0: no acne, no leaks.
+/// A ground with one light above it looks the same when scaled by `scale` and far away: no acne, no leaks.
 #[test]
 fn the_ground_does_not_shadow_itself() {
     for (scale, shift) in [

@@ -312,8 +312,8 @@ fn lights_of_all_kinds() {
     }
 }
 
-/// Glass of all kinds, tinted, in each other and across each other, around mirrors and things of other materials, some of
-/// which one sees through, in soft light: packets of branches are full of rays of one pixel.
+/// Nested and intersecting glass of all kinds around mirrors and other materials, some half-transparent, in soft light:
+/// packets of branches are full of rays of one pixel.
 pub fn glass_scene() -> Scene {
     let mut random = fastrand::Rng::with_seed(53);
     let mut builder = SceneBuilder::new();

@@ -1,4 +1,4 @@
-//! Meshes made to take long or much memory: each is read, or refused with one sentence, in a few seconds.
+//! Hostile meshes that would take long or much memory: each is read, or refused with one sentence, in a few seconds.
 
 use octray::{
     format::mesh::{LoadedMesh, load_within, parse},

@@ -1,4 +1,4 @@
-//! Scenes and glTF of strangers: whatever they repeat or promise, they load soon and within their memory, or are refused.
+//! Hostile scenes and glTF files: whatever they repeat or promise, they load soon and within their memory, or are refused.
 
 use base64::{Engine, prelude::BASE64_STANDARD};
 use octray::{

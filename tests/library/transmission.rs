@@ -1,5 +1,5 @@
-//! Light that goes through the surfaces of glTF files, and lights that `mesh` takes from them: the same pictures as those of
-//! the statements of a scene that say the same.
+//! Transmission of glTF materials, and lights that `mesh` takes from glTF files: the same pictures as with equivalent
+//! statements of a scene.
 
 use crate::glass::pixels;
 use octray::{

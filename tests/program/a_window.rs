@@ -1,5 +1,5 @@
-//! The live window on a display of its own (Xvfb), driven by xdotool. The screen must show what `octray render` makes of
-//! the same camera. Skipped if Xvfb or xdotool is missing.
+//! The live window on a virtual display (Xvfb), driven by xdotool. The screen must show what `octray render` makes with the
+//! same camera. Skipped if Xvfb or xdotool is missing.
 //!
 //! Tests wait for a result, for a minute at most, and not for a fixed time.
 #![cfg(target_os = "linux")]

@@ -46,7 +46,8 @@ fn animations_have_the_frames_of_the_turntable() {
     let decoder = PngDecoder::new(Cursor::new(&bytes)).expect("PNG");
     assert!(decoder.is_apng().expect("PNG"));
     assert_eq!(frames(decoder.apng().expect("an animation")), expected);
-    let decoder = GifDecoder::new(Cursor::new(fs::read(folder.path("f.gif")).expect("an animation"))).expect("GIF");
+    let decoder =
+        GifDecoder::new(Cursor::new(fs::read(folder.path("f.gif")).expect("an animation"))).expect("GIF");
     let found = frames(decoder);
     assert_eq!(found.len(), 5);
     for (found, expected) in found.iter().zip(&expected) {

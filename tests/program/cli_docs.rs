@@ -1,4 +1,4 @@
-//! `docs/cli.md` says what the program's own definition says.
+//! `docs/cli.md` matches the program's definition.
 
 use std::{env, fs, path::Path};
 

@@ -1,4 +1,4 @@
-//! Where pictures go: files, folders, devices, pipes; nothing is left behind after a failure.
+//! Outputs of pictures: files, folders, devices, pipes; nothing is left behind after a failure.
 #![cfg(unix)]
 
 use crate::program::{Folder, Run, send_signal};
@@ -80,7 +80,7 @@ fn closed_standard_streams_are_failures() {
         let run = folder.shell(&format!("\"$0\" {arguments} > /dev/null"));
         run.succeeded();
     }
-    // Whoever writes nothing there is not concerned.
+    // A call that writes nothing there succeeds.
     folder.shell("\"$0\" a.scn -s 8x8 <&- >&-").succeeded();
     for input in ["<&-", "< /dev/null", "<&- >&-"] {
         for command in ["", "info "] {

@@ -1,4 +1,4 @@
-//! Pictures of `--crop` put together equal the whole picture, byte for byte, with every option of `octray render` that
+//! Pictures of `--crop` joined together equal the whole picture, byte for byte, with every option of `octray render` that
 //! changes pixels.
 
 use crate::program::{Folder, PLANE, shipped_mesh};
@@ -207,7 +207,7 @@ f 3 5 4
 f 4 5 1
 ";
 
-/// A screw of coloured points.
+/// A helix of coloured points.
 fn points() -> String {
     let point = |i: i32| {
         let (turn, height) = (f64::from(i) * 0.3, f64::from(i) / 80.0);

@@ -387,8 +387,7 @@ fn preloaded(folder: &Folder, arguments: &[&str]) -> Run {
     Run::new(command.output().unwrap())
 }
 
-/// A network's disk may be full when the last byte was taken: only waiting for it tells. What `--skip-existing` will
-/// trust later waits.
+/// A network file system may report a full disk only on sync, so files that `--skip-existing` will trust are synced.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_disk_that_is_full_in_the_end() {
@@ -451,7 +450,7 @@ fn the_time_of_day_may_jump() {
     jumping(&[&picture[..], &["b.png"]].concat()).succeeded();
     let [a, b] = ["a.png", "b.png"].map(|name| fs::read(folder.path(name)).unwrap());
     assert!(a == b, "the picture changed");
-    // The commands that ask for the time most often.
+    // The commands that read the clock most often.
     for arguments in [
         &["a.scn", "--size", "100x100", "--stats", "-o", "c.png"][..],
         &["verify", "--rays", "20000"],
@@ -464,7 +463,7 @@ fn the_time_of_day_may_jump() {
     }
 }
 
-/// Durations come from the monotonic clock; nothing asks for the time of day.
+/// Durations come from the monotonic clock; nothing reads the time of day.
 #[test]
 fn the_time_of_day_is_never_read() {
     let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("src")];

@@ -168,7 +168,7 @@ fn links_lead_to_the_same_file() {
     assert_eq!(read(&folder, "own.png"), read(&folder, "new.png"));
 }
 
-/// What comes after the fault is not known to be read, so nothing is replaced.
+/// Files named after a fault are not known, so nothing is replaced.
 #[test]
 fn a_faulty_later_scene_loses_nothing() {
     let folder = Folder::new();

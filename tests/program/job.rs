@@ -1,5 +1,5 @@
-//! `octray job`: the files that engines run. Their commands are run here by `sh`, each on its own; GNU parallel is used where
-//! it is at hand.
+//! `octray job`: the files that engines run. Their commands are run here by `sh`, each separately; GNU parallel is used if it
+//! is installed.
 
 use crate::program::{Folder, PROGRAM, Run, names_in};
 use std::{env, fs, path::Path};
@@ -87,7 +87,7 @@ fn tiles_of_a_picture() {
     }
 }
 
-/// A single picture has tiles by itself; names are quoted for the shell, options of the config file are written out.
+/// A single picture has tiles by default; names are quoted for the shell, options of the config file are written out.
 #[test]
 fn odd_names_and_a_config_file() {
     let folder = Folder::new();
@@ -120,7 +120,7 @@ fn odd_names_and_a_config_file() {
     assert_same(&folder, "a b.exr", "whole.exr");
 }
 
-/// A task that was killed between its files: the AOV is there, the picture is not. QOI does not tell who wrote it.
+/// A task that was killed between its files: the AOV exists, the picture does not. QOI files are not marked.
 #[test]
 fn aovs_of_a_killed_task() {
     let folder = Folder::new();
@@ -280,12 +280,12 @@ fn what_is_no_job() {
         (
             "a.scn --for slurm --into farm --crop 0,0,8,8",
             2,
-            "--crop does not go with octray job",
+            "--crop cannot be used with octray job",
         ),
         (
             "a.scn --for slurm --into farm --json a.json",
             2,
-            "--json does not go with octray job",
+            "--json cannot be used with octray job",
         ),
         (
             "a.scn --for slurm --into farm -o a.jpg",
@@ -315,9 +315,5 @@ fn what_is_no_job() {
     }
     folder.write("a.png", "kept");
     let job = "job a.scn --for slurm --into farm --skip-existing";
-    folder.fails(
-        &job.split(' ').collect::<Vec<_>>(),
-        1,
-        "all pictures exist already",
-    );
+    folder.fails(&job.split(' ').collect::<Vec<_>>(), 1, "all pictures exist");
 }

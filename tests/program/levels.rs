@@ -23,7 +23,7 @@ material blinn_phong cd 0.2 0.4 0.9 opacity 0.4
 triangle 1 -2 0  2 0 0  1.5 -1 2
 ";
 
-/// Lit by a picture that is rendered before.
+/// Lit by an image that is rendered first.
 const SKY: &str = "\
 environment interior.png rotate 70 intensity 1.5
 material matte

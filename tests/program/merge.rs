@@ -1,4 +1,4 @@
-//! `octray merge`: tiles put together are the whole picture's file, byte for byte.
+//! `octray merge`: merged tiles are the whole picture's file, byte for byte.
 
 use crate::program::{Folder, shipped_mesh};
 use std::fs;
@@ -206,7 +206,7 @@ fn tiles_that_do_not_fit_are_refused() {
         ),
         (
             "a.png whole.png",
-            "whole.png: not a tile: only pictures of octray render --crop say where they lie",
+            "whole.png: not a tile: only pictures of octray render --crop record their place",
         ),
         ("a.png text.png", "text.png: not a tile"),
         (

@@ -64,7 +64,7 @@ fn golden_pictures_of_every_format() {
     );
 }
 
-/// A style is no more than what its options say: the sRGB curve, the filter, and how many samples there are.
+/// A style only changes the defaults of options: the sRGB curve, the filter and the number of samples.
 #[test]
 fn styles_give_way_to_options() {
     let folder = Folder::new();

@@ -1,4 +1,4 @@
-//! Which files a call replaces: none of others under a name that octray chose.
+//! Which files a call replaces: under a name that octray chose, only its own.
 
 use crate::program::Folder;
 use std::fs;
@@ -156,7 +156,7 @@ fn a_file_that_appears_meanwhile_is_kept() {
     let run = folder.shell(script);
     run.failed(
         1,
-        "cannot write stdin.png: another program has made a file of this name meanwhile",
+        "cannot write stdin.png: another program has created a file of this name meanwhile",
     );
     assert_eq!(read(&folder, "stdin.png"), b"foreign\n");
     assert_eq!(folder.names(), ["a.scn", "code", "pipe", "stdin.png"]);

@@ -1,4 +1,4 @@
-//! Contact sheets, and calls that go on after a broken scene.
+//! Contact sheets, and calls that continue after a broken scene.
 
 use crate::program::Folder;
 use image::{Rgb, RgbImage};

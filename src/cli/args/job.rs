@@ -60,7 +60,7 @@ impl JobArgs {
         ];
         if let Some((option, _)) = refused.iter().find(|(_, is_given)| *is_given) {
             return Err(CliError::Usage(format!(
-                "{option} does not go with octray job, whose tasks each make a part"
+                "{option} cannot be used with octray job, whose tasks each render a part"
             )));
         }
         let inputs = render.scenes.iter().chain(&render.output);

@@ -55,7 +55,7 @@ pub struct StyleArgs {
     pub style: Option<Style>,
 }
 
-/// The most samples of `auto`, and of the soft styles, whose grain is hardly seen then.
+/// The most samples of `auto`, and of the soft styles, whose noise is then hardly visible.
 const MANY_SAMPLES: u32 = 16;
 
 /// Samples of a picture if no option says so: of a mesh in one of the soft styles, or of anything else.

@@ -428,7 +428,7 @@ impl Call<'_> {
     }
 
     /// The expected number of camera rays, and of shadow and ambient occlusion rays if each camera ray hits. Reflections are not
-/// known beforehand.
+    /// known beforehand.
     fn expected_rays((scene, camera): (&Scene, &Camera), look: &Look, job: &Job) -> f64 {
         let Look { settings, picture } = look;
         // The heat AOV depends on the BVH, so a crop must have the BVH of the whole picture.

@@ -37,7 +37,7 @@ impl Faults {
         let kinds = [
             (Some(self.degenerate), "have no area and are never hit"),
             (self.duplicate, "are duplicates"),
-            (self.inverted, "face the other way than their neighbours"),
+            (self.inverted, "face the opposite way to their neighbours"),
         ];
         let said: Vec<String> = kinds
             .iter()

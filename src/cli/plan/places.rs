@@ -33,7 +33,7 @@ impl Places {
             format!("{first} and {scene} would both be written to {name}; {hint}")
         } else if turning {
             format!(
-                "several frames would be written to {name}; add a run of # for the frame number, as in a-####.png"
+                "several frames would be written to {name}; add a run of # for the frame number, such as a-####.png"
             )
         } else {
             format!(

@@ -165,7 +165,7 @@ impl Poses {
         let path = clip_path(path);
         let notes = [
             (curved, "curved lenses"),
-            (shifted, "a middle of the view that is not that of the picture"),
+            (shifted, "an off-centre principal point"),
         ];
         let notes = notes.into_iter().filter(|(is, _)| *is);
         Ok(Self {

@@ -317,7 +317,7 @@ impl Pictures<'_> {
         let why = if names::expand(pattern, stem, Some(1)) != pattern {
             "a sheet is one picture; leave out {stem} and #"
         } else if output.is_animation() || output.is_exr() {
-            "a sheet is a picture of bytes; name one such as sheet.png"
+            "a sheet has 8 bits per channel; name a picture such as sheet.png"
         } else if self.look.picture.transparent {
             "a sheet has no transparent background"
         } else if !self.look.picture.aovs.is_empty() {

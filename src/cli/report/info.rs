@@ -211,7 +211,7 @@ impl Info {
             let (instances, meshes) = (count(self.instances), count(self.prototypes));
             line(
                 "instances",
-                format!("{instances} of {meshes} meshes, which count above"),
+                format!("{instances} of {meshes} meshes, which are counted above"),
             );
         }
         if self.keyframes > 0 {

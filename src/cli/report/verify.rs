@@ -54,7 +54,7 @@ pub fn text(settings: &Settings, outcome: &Outcome, took: Duration, stopped: boo
 pub fn difference(fault: &Fault) -> String {
     let mut text = match &fault.kind {
         FaultKind::Panicked(message) => format!("tracing a scene panicked: {message}\n"),
-        FaultKind::Differs(_) => "not all ways of tracing agree\n".into(),
+        FaultKind::Differs(_) => "not all tracing methods agree\n".into(),
     };
     // Writing to a string cannot fail.
     let _ = writeln!(

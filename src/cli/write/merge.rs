@@ -49,7 +49,9 @@ impl Tile {
         let why = match known {
             None => format!("unknown extension, expected {}", Format::EXTENSIONS),
             Some(Format::Jpeg) => "JPEG loses detail in each tile; render the tiles as .png".into(),
-            Some(format) if format.is_animation() => "animations are not merged; render frames as .png".into(),
+            Some(format) if format.is_animation() => {
+                "animations are not merged; render frames as .png".into()
+            }
             Some(format) => {
                 let ends = read_ends(path).map_err(|error| {
                     let size = (0, 0);
@@ -67,7 +69,7 @@ impl Tile {
                         format,
                     });
                 }
-                "not a tile: only pictures of octray render --crop say where they lie".into()
+                "not a tile: only pictures of octray render --crop record their place".into()
             }
         };
         Err(CliError::Failed(format!("{name}: {why}")))

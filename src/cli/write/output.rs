@@ -363,7 +363,7 @@ impl Output {
         }
         if self.is_careful && is_foreign(path) {
             return Err(io::Error::other(
-                "another program has made a file of this name meanwhile",
+                "another program has created a file of this name meanwhile",
             ));
         }
         temporary.persist()

@@ -176,7 +176,7 @@ impl Samples {
 /// The file is not the one that octray wrote.
 pub fn changed() -> ImageError {
     ImageError::IoError(io::Error::other(
-        "its pixels are not those of the tile that it says it is",
+        "its pixels do not match the tile that it claims to be",
     ))
 }
 

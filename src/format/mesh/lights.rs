@@ -70,7 +70,7 @@ fn reaches(light: &Light, spot: &Spot, center: DVec3, radius: f64) -> bool {
 
 impl LoadedMesh {
     /// Returns the lights of a placed mesh, scaled to the total intensity `together` at its centre. Empty if they give no light
-/// there.
+    /// there.
     pub(in crate::format) fn placed_lights(
         &self,
         transform: &Transform,

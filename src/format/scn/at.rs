@@ -88,8 +88,7 @@ impl Reader<'_> {
         };
         added.map_err(|error| line.error_at(&behind, error.to_string()))?;
         moved.lonely = (count == 0).then(|| {
-            let message =
-                "one keyframe, expected another `at` below it: what moves goes from one to the next";
+            let message = "only one keyframe, expected another `at` below it: motion needs two";
             line.error_at(&arguments.keyword, message)
         });
         self.moved = Some(moved);

@@ -56,7 +56,7 @@ impl Reader<'_> {
         let cannot_read = |cause: LoadError| {
             line.error_at(
                 &path_word,
-                format!("cannot read placements of {}", path.display()),
+                format!("cannot read placements from {}", path.display()),
             )
             .caused_by(cause)
         };

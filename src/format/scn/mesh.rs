@@ -161,7 +161,7 @@ impl Reader<'_> {
     }
 
     /// Adds the lights of a mesh, `loaded` or else kept, with the total intensity `together` at its centre. The error is a
-/// sentence.
+    /// sentence.
     fn light_up(
         &mut self,
         number: usize,
@@ -394,7 +394,7 @@ fn read_scale(arguments: &mut Arguments<'_, '_>, key: Word<'_>) -> Result<DVec3,
             return Ok(value);
         }
         let message = format!(
-            "scale is {}, expected a number of size 1e-9 or more",
+            "scale is {}, expected a number of magnitude 1e-9 or more",
             word.number()
         );
         Err(arguments.line.error_at(&word, message))

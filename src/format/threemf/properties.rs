@@ -275,7 +275,7 @@ impl Groups {
             match self.groups.get(&id) {
                 Some(Group::Other | Group::Layers { .. }) => {}
                 Some(group) => shown = Some((layer, (id, group.clone()))),
-                None => return Err(ids.fault(format!("there is no group of properties {id} before this"))),
+                None => return Err(ids.fault(format!("there is no property group {id} before this"))),
             }
             if layer == 1 {
                 palette.left_out.add("lower layers of properties");
@@ -310,7 +310,7 @@ impl Groups {
     ) -> Result<Look, TextFault> {
         let (id, id_at) = id;
         let Some(group) = self.groups.get(&id) else {
-            let message = format!("there is no group of properties {id} before this");
+            let message = format!("there is no property group {id} before this");
             return Err(TextFault::new(id_at.clone(), message));
         };
         let indices = checked(id, group, indices, at)?;

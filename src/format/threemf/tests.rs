@@ -271,7 +271,7 @@ fn faults_have_places() {
     );
     assert_eq!(
         fault(&triangles(r#"<triangle v1="0" v2="1" v3="2" pid="3" p1="0"/>"#)),
-        at("3:37: there is no group of properties 3 before this")
+        at("3:37: there is no property group 3 before this")
     );
     let colors = r##"<m:colorgroup id="1"><m:color color="#FF0000"/></m:colorgroup>"##;
     let beyond = r#"<triangles>

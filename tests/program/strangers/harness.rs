@@ -1,4 +1,4 @@
-//! Runs the program and checks what every call promises: time, memory, and what it says.
+//! Runs the program and checks the promises of every call: time, memory, and safe output.
 
 use crate::program::Folder;
 use std::{

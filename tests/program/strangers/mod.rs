@@ -1,4 +1,4 @@
-//! Files of strangers: whatever they hold, the program ends soon, within its memory, and says one clean sentence.
+//! Untrusted files: whatever they contain, the program ends soon, within its memory, with at most one safe sentence.
 
 mod command;
 mod harness;

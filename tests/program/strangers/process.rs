@@ -1,4 +1,4 @@
-//! The process: signals whatever it is doing, and memory whatever it is asked for.
+//! The process: signals at any time, and memory with any input.
 
 use super::Call;
 use crate::program::{Folder, send_signal};
@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// A signal is heard within half a second; a busy machine may take longer to end the process.
+/// A signal is handled within half a second; a busy machine may take longer to end the process.
 const MOST_WAIT: Duration = Duration::from_millis(1500);
 
 /// Spheres that mirror each other under many lights.
@@ -83,7 +83,7 @@ fn signals_are_heard_whatever_is_in_hand() {
     assert_eq!(names, ["a.scn", "endless.scn", "large.obj"]);
 }
 
-/// What no count foresees ends with one sentence at the allocator.
+/// Allocations that no count foresaw end with one sentence at the allocator.
 #[test]
 fn memory_that_nothing_counted_refused_by_the_allocator() {
     let folder = Folder::new();

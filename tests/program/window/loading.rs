@@ -1,4 +1,4 @@
-//! The window while its scene is loaded.
+//! The window during loading.
 
 use super::{SIZE, Screen, Viewer, keep, wait_for};
 

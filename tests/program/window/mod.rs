@@ -1,4 +1,4 @@
-//! Starts `octray view` on a display of its own, drives it and looks at it.
+//! Starts `octray view` on a virtual display, drives it and takes screenshots.
 
 pub mod cameras;
 pub mod loading;

@@ -79,11 +79,11 @@ fn work(plan: &JobPlan) -> Result<Work, CliError> {
     };
     let count = frames().count();
     if count == 0 {
-        return Err(CliError::Failed(
-            "all pictures exist already: nothing is left to do".into(),
-        ));
+        return Err(CliError::Failed("all pictures exist: nothing to do".into()));
     }
-    if let Some((_, frame)) = frames().find(|(_, frame)| frame.output.is_animation() || !frame.output.is_file()) {
+    if let Some((_, frame)) =
+        frames().find(|(_, frame)| frame.output.is_animation() || !frame.output.is_file())
+    {
         return Err(CliError::Usage(format!(
             "{}: a job makes pictures in files; name frames such as a-##.png",
             frame.output.name()

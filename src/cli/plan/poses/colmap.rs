@@ -235,7 +235,7 @@ mod text {
             let numbers = lines.numbers(size)?;
             let (name, count, _) = MODELS[known];
             let [width, height, parameters @ ..] = &numbers[..] else {
-                return Err(lines.fault(model.0, "expected a width and a height behind the model"));
+                return Err(lines.fault(model.0, "expected a width and a height after the model"));
             };
             if parameters.len() != count {
                 let found = parameters.len();
