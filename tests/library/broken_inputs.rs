@@ -1,5 +1,6 @@
 //! Hundreds of broken scenes and meshes: each must load or be refused, quickly and without a panic.
 
+use crate::random::Random;
 use octray::format::{load, load_from_bytes, mesh as any_mesh, ply};
 use std::{
     fs, io,
@@ -39,26 +40,6 @@ fn binary_mesh() -> Vec<u8> {
     bytes.push(4);
     bytes.extend([0_i32, 1, 2, 3].iter().flat_map(|index| index.to_le_bytes()));
     bytes
-}
-
-/// Reproducible pseudo-random numbers: Marsaglia, *Xorshift RNGs*, 2003.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0
-    }
-
-    fn below(&mut self, limit: usize) -> usize {
-        (self.next() % limit as u64) as usize
-    }
-
-    fn bytes(&mut self, count: usize) -> Vec<u8> {
-        (0..count).map(|_| self.next() as u8).collect()
-    }
 }
 
 /// Runs `work`; fails with `what` if it panics or takes too long.

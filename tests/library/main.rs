@@ -2,6 +2,7 @@
 
 #[path = "../common/images.rs"]
 mod images;
+mod random;
 mod seeds;
 mod targets;
 

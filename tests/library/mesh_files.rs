@@ -1,23 +1,8 @@
 //! All readers of a mesh agree with each other and, for OBJ, with tobj.
 
+use crate::random::Random;
 use octray::{format::mesh, scene::TriangleMesh};
 use std::{fmt::Write as _, fs, io, path::Path};
-
-/// Reproducible pseudo-random numbers: Marsaglia, *Xorshift RNGs*, 2003.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, limit: u32) -> u32 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % u64::from(limit)) as u32
-    }
-
-    fn number(&mut self) -> f32 {
-        (self.below(2_000_001) as f32 - 1e6) * 1e-5
-    }
-}
 
 /// Positions with normals, and polygons.
 struct Polygons {
@@ -30,15 +15,18 @@ impl Polygons {
     /// Faces have from `corners[0]` to `corners[0] + corners[1]` corners.
     fn new(count: u32, corners: [u32; 2]) -> Self {
         let mut random = Random(u64::from(count) + 1);
+        let number = |random: &mut Random| (random.below(2_000_001) as f32 - 1e6) * 1e-5;
         let mut vectors = || {
             (0..count)
-                .map(|_| [random.number(), random.number(), random.number()])
+                .map(|_| std::array::from_fn(|_| number(&mut random)))
                 .collect()
         };
         let (positions, normals) = (vectors(), vectors());
         let faces = (0..2 * count).map(|_| {
-            let corners = corners[0] + random.below(corners[1] + 1);
-            (0..corners).map(|_| random.below(count)).collect()
+            let corners = corners[0] as usize + random.below(corners[1] as usize + 1);
+            (0..corners)
+                .map(|_| random.below(count as usize) as u32)
+                .collect()
         });
         Self {
             positions,
