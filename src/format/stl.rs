@@ -170,6 +170,19 @@ fn binary(source: &impl Pieces, path: &Path, budget: &Budget) -> Result<Option<L
     if read.is_none() {
         return Ok(None);
     }
+    check_coordinates(&mesh, count, path)?;
+    let triangles = (0..count as u32).into_par_iter().with_min_len(MIN_PIECE);
+    mesh.triangles
+        .par_extend(triangles.map(|i| [3 * i, 3 * i + 1, 3 * i + 2]));
+    let mut left_out = LeftOut::default();
+    if has_colors(source, count) {
+        left_out.add("facet colours (attribute bytes)");
+    }
+    Ok(Some(loaded(mesh, left_out.note(path))))
+}
+
+/// Returns an error if a coordinate of the binary file is unusable.
+fn check_coordinates(mesh: &TriangleMesh, count: usize, path: &Path) -> Result<(), LoadError> {
     for (what, column) in [("x", &mesh.x), ("y", &mesh.y), ("z", &mesh.z)] {
         let unusable = column
             .par_iter()
@@ -188,14 +201,7 @@ fn binary(source: &impl Pieces, path: &Path, budget: &Budget) -> Result<Option<L
             return Err(LoadError::new(at, message));
         }
     }
-    let triangles = (0..count as u32).into_par_iter().with_min_len(MIN_PIECE);
-    mesh.triangles
-        .par_extend(triangles.map(|i| [3 * i, 3 * i + 1, 3 * i + 2]));
-    let mut left_out = LeftOut::default();
-    if has_colors(source, count) {
-        left_out.add("facet colours (attribute bytes)");
-    }
-    Ok(Some(loaded(mesh, left_out.note(path))))
+    Ok(())
 }
 
 /// The corners of a facet, which follow its normal.

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     math::{max, min},
-    ray::Ray,
+    ray::{Ray, SceneHit},
     scene::{Material, MaterialId, Scene},
     simd::Simd,
 };
@@ -158,15 +158,7 @@ fn shade<S: Simd>(
     }
     if opacity < 1.0 {
         let surface = surface(simd, scene, &parent.ray, &hit);
-        let textures = scene.textures_of(hit.primitive);
-        let is_tinted = textures
-            .and_then(|textures| textures.opacity)
-            .is_some_and(|all| all.is_tinted);
-        let tint = if is_tinted {
-            tinted(simd, scene, &parent.ray, &hit, at.2).0.base_color()
-        } else {
-            [1.0; 3]
-        };
+        let tint = filter_color(simd, scene, at);
         pass(
             simd,
             scene,
@@ -175,6 +167,19 @@ fn shade<S: Simd>(
             (&parent, i),
             branches,
         );
+    }
+}
+
+/// What light that passes a half-transparent surface straight is multiplied by. `width` is that of the ray's cone there.
+#[inline(always)]
+fn filter_color<S: Simd>(simd: S, scene: &Scene, (ray, hit, width): (&Ray, &SceneHit, f32)) -> [f32; 3] {
+    let opacity = scene
+        .textures_of(hit.primitive)
+        .and_then(|textures| textures.opacity);
+    if opacity.is_some_and(|opacity| opacity.is_tinted) {
+        tinted(simd, scene, ray, hit, width).0.base_color()
+    } else {
+        [1.0; 3]
     }
 }
 

@@ -119,8 +119,9 @@ impl Tracer<'_> {
         }
         let mut members = [0; BUNDLE];
         let (mut next, mut first) = (start, 0);
-        let mut later = end;
-        let asked_each = match order {
+        // Rays of the next group up to here are prefetched, the same number with each packet.
+        let mut prefetched = end;
+        let prefetched_each = match order {
             Some(order) => order::PACKETS.div_ceil(order.len().div_ceil(V::COUNT).max(1)),
             None => 0,
         };
@@ -135,11 +136,11 @@ impl Tracer<'_> {
                     if members.is_empty() {
                         break;
                     }
-                    let upto = (later + asked_each).min(end + order::PACKETS);
-                    for i in later..upto {
+                    let upto = (prefetched + prefetched_each).min(end + order::PACKETS);
+                    for i in prefetched..upto {
                         prefetch_rays(rays, origins, i);
                     }
-                    later = upto;
+                    prefetched = upto;
                     packet.gather::<V, O>(simd, &rays[start..end], origins_of_group, members);
                 }
             } else {

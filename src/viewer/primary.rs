@@ -125,72 +125,18 @@ impl<'a> Scratch<'a> {
 
     /// Renders the rows from `y` on into `band`, averaged over all samples.
     fn band(&mut self, frame: &Frame<'_>, y: u32, band: &mut [[u8; 3]]) -> SecondaryRays {
-        let Style { look, brute, .. } = *frame.style;
-        let settings = frame.settings;
-        let scene = &frame.model.scene;
+        let (look, settings) = (frame.style.look, frame.settings);
         let mut rays = SecondaryRays::default();
         self.sums.clear();
         self.sums.resize(band.len(), [0.0; 3]);
         for sample in frame.rays.samples() {
-            if look == Look::Full {
-                for i in 0..band.len() {
-                    if (frame.stop)() {
-                        return rays;
-                    }
-                    let mut intersect = EveryPrimitive {
-                        scene,
-                        stop: frame.stop,
-                    };
-                    let ray = frame.ray(i, y, sample);
-                    let (depth, shadows) = (settings.max_depth, settings.shadows);
-                    let sample = PixelSample {
-                        pixel: frame.pixel(i, y),
-                        number: frame.rays.index(sample),
-                        count: settings.samples,
-                        cone: frame.rays.cone(),
-                    };
-                    let color = radiance(scene, &mut intersect, ray, sample, depth, shadows, &mut rays);
-                    add(&mut self.sums[i], color);
-                }
-            } else if brute && look == Look::Cost {
-                // Every ray tests every primitive.
-                let color = heat_color(scene.primitive_count() as u32);
-                self.sums.iter_mut().for_each(|sum| add(sum, color));
-            } else if brute {
-                for i in 0..band.len() {
-                    if (frame.stop)() {
-                        return rays;
-                    }
-                    let ray = frame.ray(i, y, sample);
-                    let hit = brute::closest_hit(scene, &ray);
-                    add(
-                        &mut self.sums[i],
-                        color((scene, look), &ray, &hit, 0, frame.rays.cone()),
-                    );
-                }
-            } else if look == Look::Cost {
-                for (i, sum) in self.sums.iter_mut().enumerate() {
-                    let ray = frame.ray(i, y, sample);
-                    let (hit, cost) = cost::closest_hit(scene, &frame.model.bvh, &mut self.todo, &ray);
-                    add(
-                        sum,
-                        color((scene, look), &ray, &hit, cost.total(), frame.rays.cone()),
-                    );
-                }
-            } else if settings.mode == Mode::Scalar {
-                let mut intersect = OverScene::new(scene, &frame.model.bvh, settings.level);
-                for (i, sum) in self.sums.iter_mut().enumerate() {
-                    let ray = frame.ray(i, y, sample);
-                    let hit = intersect.closest_hit(&ray);
-                    add(sum, color((scene, look), &ray, &hit, 0, frame.rays.cone()));
-                }
+            let finished = if look == Look::Full {
+                self.add_radiance(frame, y, sample, &mut rays)
             } else {
-                let (width, cone) = (settings.width as usize, frame.rays.cone());
-                let (size, sums) = ([width, band.len() / width], &mut self.sums);
-                self.first_hits
-                    .trace(&frame.rays, size, y, sample, &mut |i, ray, hit| {
-                        add(&mut sums[i], color((scene, look), ray, hit, 0, cone));
-                    });
+                self.add_first_hits(frame, y, sample)
+            };
+            if finished.is_break() {
+                return rays;
             }
         }
         let transfer = match look {
@@ -201,6 +147,79 @@ impl<'a> Scratch<'a> {
             *pixel = transfer.encode(sum.map(|c| c / settings.samples as f32));
         }
         rays
+    }
+
+    /// Adds a sample of every pixel to the sums, by brute force. `Break` if the frame was stopped.
+    fn add_radiance(
+        &mut self,
+        frame: &Frame<'_>,
+        y: u32,
+        sample: [u32; 2],
+        rays: &mut SecondaryRays,
+    ) -> ControlFlow<()> {
+        let (settings, scene) = (frame.settings, &frame.model.scene);
+        for (i, sum) in self.sums.iter_mut().enumerate() {
+            if (frame.stop)() {
+                return ControlFlow::Break(());
+            }
+            let mut intersect = EveryPrimitive {
+                scene,
+                stop: frame.stop,
+            };
+            let ray = frame.ray(i, y, sample);
+            let (depth, shadows) = (settings.max_depth, settings.shadows);
+            let sample = PixelSample {
+                pixel: frame.pixel(i, y),
+                number: frame.rays.index(sample),
+                count: settings.samples,
+                cone: frame.rays.cone(),
+            };
+            let color = radiance(scene, &mut intersect, ray, sample, depth, shadows, rays);
+            add(sum, color);
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// The same with colours of the nearest hits.
+    fn add_first_hits(&mut self, frame: &Frame<'_>, y: u32, sample: [u32; 2]) -> ControlFlow<()> {
+        let Style { look, brute, .. } = *frame.style;
+        let (settings, model, cone) = (frame.settings, frame.model, frame.rays.cone());
+        let scene = &model.scene;
+        let color = |ray: &Ray, hit: &SceneHit, cost| color((scene, look), ray, hit, cost, cone);
+        let sums = self.sums.iter_mut();
+        if brute && look == Look::Cost {
+            // Every ray tests every primitive.
+            let color = heat_color(scene.primitive_count() as u32);
+            sums.for_each(|sum| add(sum, color));
+        } else if brute {
+            for (i, sum) in sums.enumerate() {
+                if (frame.stop)() {
+                    return ControlFlow::Break(());
+                }
+                let ray = frame.ray(i, y, sample);
+                add(sum, color(&ray, &brute::closest_hit(scene, &ray), 0));
+            }
+        } else if look == Look::Cost {
+            for (i, sum) in sums.enumerate() {
+                let ray = frame.ray(i, y, sample);
+                let (hit, cost) = cost::closest_hit(scene, &model.bvh, &mut self.todo, &ray);
+                add(sum, color(&ray, &hit, cost.total()));
+            }
+        } else if settings.mode == Mode::Scalar {
+            let mut intersect = OverScene::new(scene, &model.bvh, settings.level);
+            for (i, sum) in sums.enumerate() {
+                let ray = frame.ray(i, y, sample);
+                add(sum, color(&ray, &intersect.closest_hit(&ray), 0));
+            }
+        } else {
+            let width = settings.width as usize;
+            let (size, sums) = ([width, self.sums.len() / width], &mut self.sums);
+            self.first_hits
+                .trace(&frame.rays, size, y, sample, &mut |i, ray, hit| {
+                    add(&mut sums[i], color(ray, hit, 0));
+                });
+        }
+        ControlFlow::Continue(())
     }
 }
 

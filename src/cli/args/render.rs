@@ -204,35 +204,7 @@ impl RenderArgs {
             inputs.add(path, "the poses");
         }
         load::memory::check_threads(self.trace.threads.map(useful_threads))?;
-        let json = self.json.as_deref().map(JsonTarget::new).transpose()?;
-        if let Some(JsonTarget::File(path)) = &json
-            && self.is_default("json")
-            && !self.force
-            && is_foreign(path)
-        {
-            return Err(CliError::Failed(format!(
-                "{} of the config file exists and was not written by octray; name another file with --json or replace it \
-                 with --force",
-                clip_path(path)
-            )));
-        }
-        if json == Some(JsonTarget::Stdout) && self.output.as_deref().is_some_and(is_standard_input) {
-            let why =
-                "both the picture and the JSON would go to standard output: name a file for one of them";
-            return Err(CliError::Usage(why.into()));
-        }
-        if let Some(json) = &json
-            && let Some(output) = jobs
-                .iter()
-                .flat_map(Job::outputs)
-                .find(|output| json.is_file_of(output))
-        {
-            let why = format!(
-                "both the picture and the JSON would be written to {}",
-                output.name()
-            );
-            return Err(CliError::Usage(why));
-        }
+        let json = self.json_target(&jobs)?;
         Ok(RenderPlan {
             looks,
             build: self.trace.build,
@@ -250,5 +222,37 @@ impl RenderArgs {
             json,
             quiet: self.quiet,
         })
+    }
+
+    /// Where the JSON goes, which is no picture of the `jobs`.
+    fn json_target(&self, jobs: &[Job]) -> Result<Option<JsonTarget>, CliError> {
+        let Some(json) = self.json.as_deref().map(JsonTarget::new).transpose()? else {
+            return Ok(None);
+        };
+        if let JsonTarget::File(path) = &json
+            && self.is_default("json")
+            && !self.force
+            && is_foreign(path)
+        {
+            return Err(CliError::Failed(format!(
+                "{} of the config file exists and was not written by octray; name another file with --json or replace it \
+                 with --force",
+                clip_path(path)
+            )));
+        }
+        if json == JsonTarget::Stdout && self.output.as_deref().is_some_and(is_standard_input) {
+            let why =
+                "both the picture and the JSON would go to standard output: name a file for one of them";
+            return Err(CliError::Usage(why.into()));
+        }
+        let mut outputs = jobs.iter().flat_map(Job::outputs);
+        if let Some(output) = outputs.find(|output| json.is_file_of(output)) {
+            let why = format!(
+                "both the picture and the JSON would be written to {}",
+                output.name()
+            );
+            return Err(CliError::Usage(why));
+        }
+        Ok(Some(json))
     }
 }

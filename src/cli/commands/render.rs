@@ -395,30 +395,13 @@ impl Call<'_> {
             total: self.since.elapsed(),
         };
         self.since = Instant::now();
-        let figures = || {
+        self.report(|| {
             let aov = aovs.as_ref().and_then(|aovs| frame.aovs.report(aovs));
             let scene = (loaded.path, loaded.scene, loaded.faults);
             RenderReport::new(scene, loaded.bvh, output.full_name(), settings, &stats, &times)
                 .with(frame.turn.map(|turn| turn.number), aov)
-        };
-        if plan.stats {
-            report::note(&figures().text());
-        }
-        match &plan.json {
-            Some(target @ JsonTarget::Stdout) => write_json(target, &json_line(&figures()))?,
-            Some(JsonTarget::File(_)) => self.json += &json_line(&figures()),
-            None => {}
-        }
-        let name = if output.place() == Path::new("-") {
-            if output.is_animation() {
-                "an animation to standard output"
-            } else {
-                "a PNG to standard output"
-            }
-        } else {
-            output.name()
-        };
-        self.written.add(name, times.total);
+        })?;
+        self.written.add(written_name(output), times.total);
         self.save_pose(output, camera);
         if let Some(comparison) = &frame.comparison {
             let verdict = comparison.run(&picture, output.name())?;
@@ -427,8 +410,21 @@ impl Call<'_> {
         Ok(())
     }
 
-    /// The expected number of camera rays, and of shadow and ambient occlusion rays if each camera ray hits. Reflections are not
-    /// known beforehand.
+    /// Prints a picture's figures as text and as JSON, if they are wanted.
+    fn report(&mut self, figures: impl Fn() -> RenderReport) -> Result<(), CliError> {
+        if self.plan.stats {
+            report::note(&figures().text());
+        }
+        match &self.plan.json {
+            Some(target @ JsonTarget::Stdout) => write_json(target, &json_line(&figures()))?,
+            Some(JsonTarget::File(_)) => self.json += &json_line(&figures()),
+            None => {}
+        }
+        Ok(())
+    }
+
+    /// The expected number of camera rays, and of shadow and ambient occlusion rays if each camera ray hits. Reflections
+    /// are not known beforehand.
     fn expected_rays((scene, camera): (&Scene, &Camera), look: &Look, job: &Job) -> f64 {
         let Look { settings, picture } = look;
         // The heat AOV depends on the BVH, so a crop must have the BVH of the whole picture.
@@ -459,6 +455,15 @@ impl RenderPlan {
         let window = self.looks.mesh.settings.window();
         let new = |plan: &SheetPlan| Sheet::new([window.width(), window.height()], plan.columns, plan.count);
         self.sheet.as_ref().map(new).transpose()
+    }
+}
+
+/// A written picture, as the closing line names it.
+fn written_name(output: &Output) -> &str {
+    match (output.place() == Path::new("-"), output.is_animation()) {
+        (true, true) => "an animation to standard output",
+        (true, false) => "a PNG to standard output",
+        (false, _) => output.name(),
     }
 }
 

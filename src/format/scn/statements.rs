@@ -234,7 +234,54 @@ fn read_material<'a>(
     let mut material = Material::CLASSIC.get(kind).copied().unwrap_or(Material::GLASS);
     let mut named = Named::new();
     let (mut other, mut size, mut opacity, mut tinted) = (None, None, None, None);
-    let (name, keys): (_, &[&str]) = match material {
+    let (name, keys) = keys_of(&material);
+    arguments.name = name;
+    while let Some((word, key)) = arguments.key_once(keys)? {
+        if matches!(key, "cd" | "cs" | "tint" | "checker") {
+            let words = arguments.take(word, &format!("{key} r g b"))?;
+            let given = arguments.color(words)?;
+            match (key, &mut material) {
+                ("checker", _) => other = Some(given),
+                ("cs", Material::BlinnPhong { specular, .. }) => *specular = given,
+                (_, material) => *material.base_color_mut() = given,
+            }
+            continue;
+        }
+        if key == "tinted" {
+            tinted = Some(word);
+            continue;
+        }
+        let [value] = arguments.take(word, &format!("{key} number"))?;
+        match (key, &mut material) {
+            ("size", _) => {
+                size = Some((arguments.number(value, key)?, value));
+                named.push((key, value));
+            }
+            ("opacity", _) => opacity = Some(arguments.share(value, key)?),
+            ("alpha", Material::BlinnPhong { alpha, .. }) => {
+                *alpha = arguments.whole(value, key, (1, MAX_ALPHA))?;
+            }
+            ("kd", Material::BlinnPhong { k_d, .. }) => *k_d = arguments.share(value, key)?,
+            (_, Material::BlinnPhong { k_s, .. }) => *k_s = arguments.share(value, key)?,
+            (_, Material::Reflection { mirror_share, .. }) => *mirror_share = arguments.share(value, key)?,
+            (_, Material::Glass { index, depth, .. }) => {
+                *(if key == "ior" { index } else { depth }) = arguments.number(value, key)?;
+                named.push((key, value));
+            }
+            (_, Material::Silhouette { .. } | Material::Matte { .. }) => {}
+        }
+    }
+    let textures = SurfaceTextures {
+        checker: checker(arguments, &mut material, other, size)?,
+        opacity: see_through(arguments, opacity, tinted)?,
+        ..SurfaceTextures::NONE
+    };
+    Ok((material, textures, named))
+}
+
+/// The name of a kind of material, and its keys.
+fn keys_of(material: &Material) -> (&'static str, &'static [&'static str]) {
+    match material {
         Material::Silhouette { .. } => ("material silhouette", &["cd", "opacity", "tinted"]),
         Material::Matte { .. } => ("material matte", &["cd", "opacity", "tinted", "checker", "size"]),
         Material::BlinnPhong { .. } => (
@@ -248,56 +295,7 @@ fn read_material<'a>(
             &["cd", "mix", "opacity", "tinted", "checker", "size"],
         ),
         Material::Glass { .. } => ("material glass", &["ior", "tint", "depth"]),
-    };
-    arguments.name = name;
-    while let Some((word, key)) = arguments.key_once(keys)? {
-        if matches!(key, "cd" | "cs" | "tint" | "checker") {
-            let words = arguments.take(word, &format!("{key} r g b"))?;
-            let given = arguments.color(words)?;
-            if key == "checker" {
-                other = Some(given);
-                continue;
-            }
-            match &mut material {
-                Material::BlinnPhong { specular, .. } if key == "cs" => *specular = given,
-                _ => *material.base_color_mut() = given,
-            }
-            continue;
-        }
-        if key == "tinted" {
-            tinted = Some(word);
-            continue;
-        }
-        let [value] = arguments.take(word, &format!("{key} number"))?;
-        if key == "size" {
-            size = Some((arguments.number(value, key)?, value));
-            named.push((key, value));
-            continue;
-        }
-        if key == "opacity" {
-            opacity = Some(arguments.share(value, key)?);
-            continue;
-        }
-        match &mut material {
-            Material::BlinnPhong { alpha, .. } if key == "alpha" => {
-                *alpha = arguments.whole(value, key, (1, MAX_ALPHA))?;
-            }
-            Material::BlinnPhong { k_d, .. } if key == "kd" => *k_d = arguments.share(value, key)?,
-            Material::BlinnPhong { k_s, .. } => *k_s = arguments.share(value, key)?,
-            Material::Reflection { mirror_share, .. } => *mirror_share = arguments.share(value, key)?,
-            Material::Glass { index, depth, .. } => {
-                *(if key == "ior" { index } else { depth }) = arguments.number(value, key)?;
-                named.push((key, value));
-            }
-            Material::Silhouette { .. } | Material::Matte { .. } => {}
-        }
     }
-    let textures = SurfaceTextures {
-        checker: checker(arguments, &mut material, other, size)?,
-        opacity: see_through(arguments, opacity, tinted)?,
-        ..SurfaceTextures::NONE
-    };
-    Ok((material, textures, named))
 }
 
 /// The opacity of a material; `None` if it is opaque.
