@@ -1,10 +1,10 @@
 //! The program's allocator: the system's, with a limit on the bytes in use and large pages for large pieces.
 //!
-//! Rust aborts when an allocation fails. Here the process ends with one sentence instead, and also where it would pass its
-//! limit: whatever a file makes a decoder ask for, the machine keeps the rest of its memory.
+//! Rust aborts when an allocation fails. This process ends with an error message instead, also when it reaches its limit:
+//! no file can make a decoder use up the machine's memory.
 //!
-//! Arrays of millions of rows are written once and read once or twice, so that the first use of their pages is a good part
-//! of the time. Linux gives pages of 2 MiB where it is asked to. Elsewhere nothing changes.
+//! Arrays of millions of rows are written once and read once or twice, so that page faults take a good part of the time.
+//! Linux provides pages of 2 MiB on request. Other systems are unaffected.
 // Tuned: see docs/lab-notes.md#huge-pages
 #![allow(unsafe_code, reason = "an allocator can be nothing else")]
 
@@ -31,7 +31,7 @@ impl Limited {
         }
     }
 
-    /// From now on more than `bytes` end the process.
+    /// Ends the process when it uses more than `bytes` from now on.
     pub fn set_limit(&self, bytes: u64) {
         self.limit
             .store(usize::try_from(bytes).unwrap_or(usize::MAX), Ordering::Relaxed);
@@ -40,7 +40,7 @@ impl Limited {
     fn take(&self, bytes: usize) {
         let used = self.used.fetch_add(bytes, Ordering::Relaxed).wrapping_add(bytes);
         if used > self.limit.load(Ordering::Relaxed) {
-            // The end allocates little, if anything.
+            // Reporting the error allocates little, if anything.
             self.set_limit(u64::MAX);
             out_of_memory(MemoryRefusal::Limit);
         }
@@ -51,15 +51,15 @@ impl Limited {
     }
 }
 
-/// What a piece of `size` bytes takes: a header of 8 bytes, in steps of 16, as in glibc.
+/// Bytes that an allocation of `size` takes in glibc: with a header of 8 bytes, rounded up to 16.
 fn rounded(size: usize) -> usize {
     size.saturating_add(8 + 15) & !15
 }
 
-/// Smaller pieces would hold hardly a large page.
+/// Smaller allocations would contain hardly any large page.
 const LEAST: usize = 4 << 20;
 
-/// Asks for large pages for `size` bytes at `start`. A request: nothing happens where it is not granted.
+/// Requests large pages for `size` bytes at `start`. If the system does not grant them, nothing changes.
 fn advise(start: *mut u8, size: usize) {
     #[cfg(target_os = "linux")]
     if !start.is_null() && size >= LEAST {
@@ -76,7 +76,7 @@ fn advise(start: *mut u8, size: usize) {
     let _ = (start, size);
 }
 
-/// Ends the process if there is no memory at `start`.
+/// Ends the process if the system has refused memory.
 fn given(start: *mut u8, size: usize) -> *mut u8 {
     if start.is_null() {
         out_of_memory(MemoryRefusal::System(size));
@@ -85,7 +85,7 @@ fn given(start: *mut u8, size: usize) -> *mut u8 {
     start
 }
 
-// SAFETY: every call goes to `System` as it came, which keeps the contract; counting and `advise` leave memory as it is.
+// SAFETY: every call is passed on to `System`, which keeps the contract; counting and `advise` do not change memory.
 unsafe impl GlobalAlloc for Limited {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         self.take(rounded(layout.size()));
@@ -106,7 +106,7 @@ unsafe impl GlobalAlloc for Limited {
     }
 
     unsafe fn realloc(&self, start: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // Large pieces grow in place or move without a copy.
+        // `mremap` grows large allocations without a copy.
         let (old, new) = (rounded(layout.size()), rounded(size));
         if new > old {
             self.take(new - old);

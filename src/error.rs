@@ -100,14 +100,14 @@ pub enum SceneError {
     },
     /// A length is zero or negative.
     NotPositive {
-        /// What it is of.
+        /// Which length.
         what: &'static str,
         /// The value found.
         value: f32,
     },
     /// An intensity or a light's radius is negative.
     Negative {
-        /// What it is.
+        /// Which number.
         what: &'static str,
         /// The value found.
         value: f32,
@@ -162,7 +162,7 @@ pub enum SceneError {
     },
     /// The scene needs more memory than its limit.
     OverLimit {
-        /// An estimate of what it needs at least, in bytes.
+        /// A lower estimate of what it needs, in bytes.
         needed: u64,
         /// Its limit, in bytes.
         limit: u64,
@@ -174,15 +174,15 @@ pub enum SceneError {
     },
     /// A transform makes a body flat, or nearly so.
     Flat,
-    /// A keyframe that cannot be, or cannot follow the one before.
+    /// A keyframe is invalid, by itself or after the one before.
     Keyframe(String),
-    /// What moves cannot be placed at a time.
+    /// An animated instance or camera has no valid transform at a time.
     AtTime {
         /// The time, in frames.
         time: f64,
-        /// Where a file says what moves.
+        /// Where the file has its statement.
         place: Option<SourcePos>,
-        /// Why it cannot be placed.
+        /// Why it is invalid.
         why: String,
     },
     /// An image has no pixels, or a side longer than [`MAX_IMAGE_SIDE`](crate::scene::MAX_IMAGE_SIDE).
@@ -357,8 +357,7 @@ impl LoadError {
         std::iter::successors(Some(self), |error| error.cause.as_deref())
     }
 
-    /// The error as compilers show theirs: each place with its line and carets below. Has several lines and no newline
-    /// at the end.
+    /// The error as compilers print it: each place, and its line with carets below; no newline at the end.
     #[must_use]
     pub fn report(&self) -> String {
         let mut report = String::new();
@@ -377,7 +376,7 @@ impl LoadError {
     }
 }
 
-/// A message as it is shown: several words of a file may be in it.
+/// A message that is safe to print, although it may quote a file.
 fn message_text(message: &str) -> String {
     const MOST: usize = 1000;
     match message.char_indices().nth(MOST) {

@@ -1,10 +1,10 @@
 //! octray ray-traces triangle meshes and spheres on the CPU, with SIMD, on all cores. The same scene gives the same
 //! bytes on any number of threads, whether SIMD or scalar code traces it.
 //!
-//! [`Geometry`] answers where rays hit, how far points are and what is inside. [`render::render`] makes pictures of scenes,
-//! with textures, soft shadows, mirrors and glass. docs/library.md has more examples, and what is exact.
+//! [`Geometry`] finds hits of rays, distances of points, and what is inside. [`render::render`] makes pictures of scenes, with
+//! textures, soft shadows, mirrors and glass. docs/library.md has more examples, and what is exact.
 //!
-//! # Where rays hit
+//! # Ray queries
 //! ```
 //! use octray::{Geometry, Hit, Ray};
 //! # fn main() -> Result<(), octray::QueryError> {
@@ -56,10 +56,10 @@
 //! # Modules
 //! | module | contents |
 //! |---|---|
-//! | [`query`] | geometry, rays and points, and what can be asked |
+//! | [`query`] | geometry, and queries with rays and points |
 //! | [`scene`], [`mod@format`], [`generate`] | scenes built by code, read from files, or made from a seed |
-//! | [`accel`], [`render`] | the hierarchy of a scene; frames, settings, film |
-//! | [`Level`] | the instruction set, chosen when the program runs |
+//! | [`accel`], [`render`] | the BVH of a scene; frames, settings, film |
+//! | [`Level`] | the instruction set, chosen at run time |
 //! | [`error`] | errors with file, line and column |
 //!
 //! # Features
@@ -70,7 +70,7 @@
 //! | `threemf` | 3MF files | yes |
 //! | `textures` | images of materials: PNG, JPEG, WebP, BMP, TGA | yes |
 //! | `cli` | the program `octray`; implies `png`, `gltf`, `threemf` and `textures` | yes |
-//! | `viewer` | its live window; implies `cli` | yes |
+//! | `viewer` | the command `octray view`; implies `cli` | yes |
 //! | `embree-bench` | the benchmark against Intel's Embree, loaded at run time | no |
 
 pub use glam;

@@ -2,7 +2,8 @@
 //!
 //! The temporary name is a hash of the target's name and a small number, and the file is locked while it is written. A
 //! killed process leaves at most this file, unlocked; the next writer of the same target removes it. So nothing piles
-//! up, however often a farm kills its renderers. (Crates for temporary files use random names, which nobody finds again.)
+//! up, however often a farm kills its renderers. (Crates for temporary files use random names, which no later process can
+//! recognise.)
 
 use std::{
     fs::{self, File, OpenOptions, TryLockError},
@@ -19,17 +20,17 @@ const MOST_TRIES: u32 = 100;
 /// The most symbolic links followed, as in Linux.
 const MAX_LINKS: usize = 40;
 
-/// The temporary files of this process, for its sudden end.
+/// The temporary files of this process, which [`abandon`] removes.
 static TEMPORARIES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn temporaries() -> MutexGuard<'static, Vec<PathBuf>> {
     TEMPORARIES.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes all temporary files, for a process that ends in the middle of its work. From then on no file gets its name.
+/// Removes all temporary files before the process ends in the middle of its work. No file is renamed afterwards.
 #[cfg(feature = "cli")]
 pub fn abandon() {
-    // A thread that is stuck between creating and listing its file must not hold up the end.
+    // A thread that is stuck between creating and listing its file must not delay the exit.
     for _ in 0..100 {
         if let Ok(temporaries) = TEMPORARIES.try_lock() {
             for path in &*temporaries {
@@ -46,11 +47,11 @@ pub fn abandon() {
 /// to is replaced. A device or a pipe is written through: replacing it would make it a file.
 ///
 /// # Errors
-/// What `write` or the system says; a file is as before then.
+/// Those of `write` or of the system; the old file is then unchanged.
 pub fn write(path: &Path, write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> io::Result<()> {
     let old = fs::metadata(path).ok();
     if old.as_ref().is_some_and(|old| !old.is_file()) {
-        // Not by what it links to: /dev/stdout leads to a pipe without a path.
+        // Links are not followed here: /dev/stdout leads to a pipe without a path.
         let mut file = OpenOptions::new().write(true).open(path)?;
         let mut out = BufWriter::with_capacity(1 << 16, &mut file);
         write(&mut out)?;
@@ -58,7 +59,7 @@ pub fn write(path: &Path, write: impl FnOnce(&mut BufWriter<&mut File>) -> io::R
     }
     let target = follow_links(path)?;
     if old.is_some() {
-        // Replacing would not ask for the old file's permission.
+        // Renaming over it would ignore the old file's permissions.
         OpenOptions::new().write(true).open(&target)?;
     }
     let mut temporary = Temporary::beside(&target)?;
@@ -72,10 +73,10 @@ pub fn write(path: &Path, write: impl FnOnce(&mut BufWriter<&mut File>) -> io::R
     temporary.persist()
 }
 
-/// What a path stands for after all symbolic links at its end, whether that exists or not.
+/// Follows all symbolic links at the end of a path, whether their target exists or not.
 ///
 /// # Errors
-/// Of more than [`MAX_LINKS`] links.
+/// If there are more than [`MAX_LINKS`].
 pub fn follow_links(path: &Path) -> io::Result<PathBuf> {
     if let Ok(path) = fs::canonicalize(path) {
         return Ok(path);
@@ -110,12 +111,12 @@ impl Temporary {
     /// A new file in the folder of `target`, with the permissions of any new file.
     ///
     /// # Errors
-    /// What the system says of a new file there.
+    /// If the file cannot be created.
     pub fn beside(target: &Path) -> io::Result<Self> {
         let name = target.file_name().unwrap_or_default();
         let hash = fnv_1a(name.as_encoded_bytes());
         for number in 0..MOST_WRITERS {
-            // The name itself might leave no room for more letters.
+            // The target's name may be as long as names can be.
             let path = folder_of(target).join(format!(".octray-{hash:016x}-{number}.tmp"));
             let mut temporaries = temporaries();
             if let Some(file) = claim(&path)? {
@@ -133,8 +134,7 @@ impl Temporary {
         )))
     }
 
-    /// Writes all of `bytes`, in pieces: the system locks a file for as long as a call takes, and a [sudden end](abandon)
-    /// would have to wait for it.
+    /// Writes all of `bytes`, in pieces: the system locks a file during a call, and [`abandon`] would have to wait for it.
     ///
     /// # Errors
     /// What the system says.
@@ -203,9 +203,9 @@ fn claim(path: &Path) -> io::Result<Option<File>> {
     Ok(None)
 }
 
-/// Removes what a killed process has left; whether the name may be tried again.
+/// Removes the file that a killed process has left. Returns whether the name may be tried again.
 fn remove_stale(path: &Path) -> bool {
-    // A link or a pipe is nothing that this program makes, and opening a pipe would wait.
+    // This program creates neither links nor pipes, and opening a pipe would block.
     match fs::symlink_metadata(path) {
         Ok(found) if found.is_file() => {}
         Ok(_) => return false,
@@ -215,7 +215,7 @@ fn remove_stale(path: &Path) -> bool {
     #[cfg(unix)]
     {
         use std::os::unix::fs::OpenOptionsExt;
-        // It may have become one since.
+        // It may have been replaced by one since.
         options.custom_flags(libc::O_NOFOLLOW | libc::O_NONBLOCK);
     }
     match options.read(true).open(path) {
@@ -238,13 +238,13 @@ fn is_at(file: &File, path: &Path) -> bool {
     }
 }
 
-/// Elsewhere files that are open are not replaced under their names.
+/// Other systems do not let open files be replaced.
 #[cfg(not(unix))]
 fn is_at(_: &File, path: &Path) -> bool {
     path.exists()
 }
 
-/// Fowler, Noll and Vo's hash: the same in every build, unlike the standard library's.
+/// The hash FNV-1a: the same in every build, unlike the standard library's.
 fn fnv_1a(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)

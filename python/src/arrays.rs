@@ -25,7 +25,7 @@ impl Vectors<'_> {
     }
 }
 
-/// Ends of rays: one, or one each.
+/// Ends of rays: one for all, or one per ray.
 #[derive(FromPyObject)]
 pub enum RayEnds<'py> {
     Each(PyReadonlyArray1<'py, f32>),
@@ -49,7 +49,7 @@ impl RayEnds<'_> {
     }
 }
 
-/// A part of points; all of one point, which serves for all rays.
+/// A range of points; a single point is for all rays and stays.
 pub fn part<'a>(points: Points<'a>, range: &std::ops::Range<usize>) -> Points<'a> {
     match points {
         _ if points.len() == 1 => points,
@@ -58,7 +58,7 @@ pub fn part<'a>(points: Points<'a>, range: &std::ops::Range<usize>) -> Points<'a
     }
 }
 
-/// A part of ends.
+/// A range of ends.
 pub fn part_of_ends<'a>(ends: Ends<'a>, range: &std::ops::Range<usize>) -> Ends<'a> {
     match ends {
         Ends::All(_) => ends,

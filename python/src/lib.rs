@@ -1,5 +1,5 @@
-//! The Python module `octray._octray`: what `octray` (in `octray/`) checks and documents, on arrays that are contiguous
-//! and of the right types.
+//! The Python module `octray._octray`: the functions that the package `octray` (in `octray/`) wraps, with contiguous arrays
+//! of the right types.
 
 mod arrays;
 mod mesh;

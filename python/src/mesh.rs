@@ -38,7 +38,7 @@ pub fn raised(error: QueryError) -> PyErr {
 /// A triangle mesh that answers queries; see `octray.Mesh`.
 #[pyclass(frozen, module = "octray._octray")]
 pub struct Mesh {
-    /// Locked only with the interpreter's lock, which whoever forks holds: so no forked process finds it locked.
+    /// Locked only while the interpreter's lock is held, which a thread that forks holds: no child finds this locked.
     geometry: RwLock<Arc<Geometry>>,
     refits: Turns,
     threads: Arc<Threads>,
@@ -63,7 +63,7 @@ impl AskedRays<'_> {
     }
 }
 
-/// A part of directions, of which one is one.
+/// A range of directions or points, of which there is one per answer.
 fn part_of_all<'a>(points: Points<'a>, range: &Range<usize>) -> Points<'a> {
     match points {
         Points::F32(points) => Points::F32(&points[range.clone()]),
@@ -108,7 +108,7 @@ impl Mesh {
         interruptible(py, |cancelled| pool.install(|| work(&geometry, cancelled)))
     }
 
-    /// Answers for rays: one each.
+    /// One answer per ray.
     fn of_rays<T: Clone + Send>(
         &self,
         py: Python<'_>,
@@ -127,7 +127,7 @@ impl Mesh {
         found.map_err(raised)
     }
 
-    /// Answers for points: one each.
+    /// One answer per point.
     fn of_points<T: Clone + Send>(
         &self,
         py: Python<'_>,
@@ -139,7 +139,7 @@ impl Mesh {
         let count = points.len();
         let found = self.run(py, count, |geometry, cancelled| {
             let mut answers = vec![nothing; count];
-            // An empty part too, so that a mesh that cannot be asked is refused.
+            // Without points as well, so that an unsuitable mesh is rejected.
             ask(geometry, part_of_all(points, &(0..0)), &mut [])?;
             in_parts(&mut answers, SMALL_PART, cancelled, |range, answers| {
                 ask(geometry, part_of_all(points, &range), answers)
@@ -266,7 +266,7 @@ impl Mesh {
         ))
     }
 
-    /// The triangles alone, -1 where missed; in 32 bits, as trimesh has them.
+    /// Only the triangles, -1 for a miss, in 32 bits as in trimesh.
     fn first<'py>(
         &self,
         py: Python<'py>,
@@ -354,8 +354,8 @@ impl Mesh {
         ))
     }
 
-    /// Positions of hits, and normals if they are asked for: for each hit the index of its ray (without indices they are those
-    /// of the rays), the triangle, -1 for none, and t.
+    /// Positions of hits, and normals if `with_normals`. A hit has the index of its ray (without `ray`, hits and rays
+    /// correspond), its triangle, -1 for none, and t.
     #[expect(clippy::type_complexity, reason = "a tuple of arrays")]
     #[expect(clippy::too_many_arguments, reason = "arrays")]
     fn surface<'py>(
@@ -451,10 +451,10 @@ impl Mesh {
         Ok(found.into_pyarray(py))
     }
 
-    /// Calls that run meanwhile ask the geometry as it was.
+    /// Calls that run meanwhile query the old geometry.
     fn refit(&self, py: Python<'_>, vertices: Vectors<'_>) -> PyResult<()> {
         let positions = vertices.rows()?;
-        // One after the other, and no lock while the pool works: it may take up another call meanwhile.
+        // One refit at a time, and no lock while the pool works: its thread may start another call meanwhile.
         let _turn = self.refits.take(py)?;
         let (old, pool) = (self.geometry(py), self.threads.pool()?);
         let moved = interruptible(py, |_| pool.install(|| old.refitted(positions)))?;

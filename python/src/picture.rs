@@ -70,7 +70,7 @@ pub fn raised(error: &CliError) -> PyErr {
     }
 }
 
-/// A copy of the mesh relative to the point that is returned, too.
+/// A copy of the mesh relative to its origin, and that origin.
 fn copied(py: Python<'_>, mesh: &Mesh) -> (TriangleMesh, DVec3) {
     let geometry = mesh.geometry(py);
     let (positions, middle) = geometry.vertices();
@@ -87,7 +87,7 @@ fn copied(py: Python<'_>, mesh: &Mesh) -> (TriangleMesh, DVec3) {
     (mesh, middle)
 }
 
-/// Renders a scene, a mesh file or a mesh; returns the arrays that are asked for, by name, and warnings.
+/// Renders a scene, a mesh file or a mesh; returns the requested arrays by name, and warnings.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "those of the Python function")]
 pub fn render<'py>(

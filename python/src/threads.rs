@@ -1,4 +1,4 @@
-//! Threads of octray's own, and calls that Ctrl-C ends.
+//! Thread pools, and calls that Ctrl-C ends.
 
 use octray::QueryError;
 use pyo3::{exceptions::PyValueError, prelude::*};
@@ -13,20 +13,19 @@ use std::{
     time::Duration,
 };
 
-/// How often a long call looks whether Ctrl-C was pressed.
+/// How often a long call checks for Ctrl-C.
 const POLL: Duration = Duration::from_millis(20);
 
-/// How often a call that waits for its turn looks whether it has come.
+/// How often a waiting call checks whether its turn has come.
 const TURN: Duration = Duration::from_millis(1);
 
-/// Rays, points or hits that one thread answers between two looks whether the call was cancelled: of the most rays as many as
-/// the library traces at a time.
+/// Rays that one thread traces between two checks whether the call was cancelled: as many as the library traces at a time.
 pub const PART: usize = 1 << 14;
 /// The same for points, and for rays of which all hits are found: some take a thousand times as long.
 pub const SMALL_PART: usize = 1 << 8;
 
-/// The threads of all meshes without a number of their own. A forked process has none of its parent's threads, so that it
-/// starts its own.
+/// The process and the threads of all meshes without a number of threads. A forked process has none of its parent's threads,
+/// so that it starts new ones.
 static SHARED: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
 fn start(threads: usize) -> PyResult<Arc<ThreadPool>> {
@@ -35,7 +34,7 @@ fn start(threads: usize) -> PyResult<Arc<ThreadPool>> {
         .map_err(|error| PyValueError::new_err(format!("{threads} threads cannot be started: {error}")))
 }
 
-/// The number of threads that `OCTRAY_THREADS` names; 0 for one a core.
+/// The number of threads in `OCTRAY_THREADS`; 0 for one per core.
 fn named_number() -> PyResult<usize> {
     match std::env::var("OCTRAY_THREADS") {
         Err(_) => Ok(0),
@@ -86,17 +85,17 @@ impl Threads {
             None => named_number()?,
         })?;
         if let Some(parents) = place.replace((process, Arc::clone(&pool))) {
-            // Its threads are those of another process: there is nobody to tell that they are not needed any more.
+            // Its threads are in the parent process: dropping the pool would wake threads that do not exist here.
             std::mem::forget(parents);
         }
         Ok(pool)
     }
 }
 
-/// Lets one call after the other do something. A forked process finds it free, whatever its parent did.
+/// A lock for one call at a time. A forked process finds it free, whatever its parent did.
 #[derive(Default)]
 pub struct Turns {
-    /// The process whose turn it is; 0 if nobody's.
+    /// The process that holds it; 0 for none.
     process: AtomicU32,
 }
 
@@ -136,8 +135,8 @@ pub fn shared() -> PyResult<Arc<ThreadPool>> {
     Threads::new(None)?.pool()
 }
 
-/// Runs `work` without the interpreter's lock, on a thread of its own, while this one looks for Ctrl-C: `work` looks at the
-/// flag from time to time and ends early.
+/// Runs `work` on a new thread, without the interpreter's lock, while this one watches for Ctrl-C: `work` checks the flag
+/// from time to time and ends early.
 ///
 /// # Errors
 /// `KeyboardInterrupt`, or what another signal handler raises.
@@ -170,8 +169,8 @@ pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(&AtomicBool) -> 
     }
 }
 
-/// Calls `ask` for parts of `answers`, their places first, on all threads of the pool, until the call is cancelled. The threads
-/// meet at the end alone: where another program takes one core for a while, the other thread goes on.
+/// Calls `ask` with ranges of rays or points and their `answers`, on all threads of the pool, until the call is cancelled.
+/// Threads wait for each other only at the end, so that a core taken by another program delays the others little.
 pub fn in_parts<T: Send>(
     answers: &mut [T],
     part: usize,

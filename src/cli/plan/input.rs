@@ -42,7 +42,7 @@ pub struct CameraOptions {
     pub target: Option<DVec3>,
     pub up: Option<DVec3>,
     pub projection: Option<Projection>,
-    /// An orthographic view that frames the mesh, in place of `projection`.
+    /// An orthographic view that frames the mesh, instead of `projection`.
     pub fits_ortho: bool,
     /// Diameter of the lens, scene units.
     pub aperture: Option<f64>,

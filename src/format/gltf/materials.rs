@@ -67,7 +67,7 @@ pub(super) struct Shown {
     /// Whether its emission has other coordinates, so that its texture is not shown.
     pub(super) emission_left_out: bool,
     /// Whether the image of its base colour or emission is of a kind that octray does not read.
-    pub(super) is_of_another_kind: bool,
+    pub(super) is_unsupported: bool,
 }
 
 /// The materials of a file; textures have the numbers of the file's images.
@@ -164,7 +164,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
     let emissive = material.emissive_texture();
     let base_texture = info.as_ref().and_then(|info| texture(info, webp));
     let emission_map = emissive.as_ref().and_then(|info| texture(info, webp));
-    let is_of_another_kind = info.is_some() && base_texture.is_none();
+    let is_unsupported = info.is_some() && base_texture.is_none();
     let placement = info
         .as_ref()
         .filter(|_| base_texture.is_some())
@@ -175,7 +175,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
         .map(Placement::of);
     let emission_left_out = placement.is_some() && own.is_some() && placement != own;
     let is_unreadable = emissive.is_some() && emission_map.is_none();
-    let is_of_another_kind = is_of_another_kind || is_unreadable;
+    let is_unsupported = is_unsupported || is_unreadable;
     let emission = if emission_left_out || is_unreadable || material.unlit() {
         [0.0; 3]
     } else {
@@ -212,7 +212,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
         surface,
         placement: placement.or(own),
         emission_left_out,
-        is_of_another_kind,
+        is_unsupported,
     }
 }
 

@@ -116,25 +116,25 @@ pub(super) fn parse(
     left_out.count(reading.cameras_left_out, "camera", "cameras");
     left_out.count(
         reading.collapsed,
-        "placement without size",
-        "placements without size",
+        "placement scaled to a line or a point",
+        "placements scaled to lines or points",
     );
     transmission::left_out(&document, &mut left_out);
     let count = |is: fn(&Shown) -> bool| materials.iter().filter(|shown| is(shown)).count();
     left_out.count(
-        count(|shown| shown.is_of_another_kind),
-        "texture of another kind",
-        "textures of another kind",
+        count(|shown| shown.is_unsupported),
+        "unsupported texture",
+        "unsupported textures",
     );
     left_out.count(
         count(|shown| shown.emission_left_out),
-        "emission texture with a place of its own",
-        "emission textures with places of their own",
+        "emission texture with a different transform",
+        "emission textures with different transforms",
     );
     left_out.count(
         reading.odd_uvs(),
-        "texture coordinate that is no number or too large",
-        "texture coordinates that are no numbers or too large",
+        "texture coordinate that is NaN or too large",
+        "texture coordinates that are NaN or too large",
     );
     let mut mesh = reading.finish(materials, path);
     mesh.notes.extend(left_out.note(path));

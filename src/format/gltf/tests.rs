@@ -311,7 +311,7 @@ fn textures_with_sets_transforms_samplers_and_cut_outs() {
     assert_eq!((textures.emission, textures.emission_map), ([0.0; 3], None));
     assert_eq!(
         mesh.notes,
-        ["folder/a.gltf: left out: 1 emission texture with a place of its own"]
+        ["folder/a.gltf: left out: 1 emission texture with a different transform"]
     );
     assert_eq!(mesh.images[0].size(), [3, 2]);
     // A quarter turn takes v to u.
@@ -338,7 +338,7 @@ fn an_image_that_is_missing_leaves_the_colour() {
     assert_eq!(textured(material, webp).expect("a mesh").images.len(), 1);
     let basis = r#"[{"extensions":{"KHR_texture_basisu":{"source":0}}}]"#;
     let mesh = textured(material, basis).expect("a mesh");
-    assert_eq!(mesh.notes, ["folder/a.gltf: left out: 1 texture of another kind"]);
+    assert_eq!(mesh.notes, ["folder/a.gltf: left out: 1 unsupported texture"]);
     // The factor's alpha alone is below the limit: nothing is left.
     let faint = r#""materials":[{"alphaMode":"MASK","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.3],
         "baseColorTexture":{"index":0,"texCoord":1}}}]"#;
@@ -353,7 +353,7 @@ fn an_image_that_is_missing_leaves_the_colour() {
     let glow = r#""materials":[{"emissiveFactor":[1,1,1],"emissiveTexture":{"index":0}}]"#;
     let glow = textured(glow, basis).expect("a mesh");
     assert_eq!(glow.surfaces[0].textures, SurfaceTextures::NONE);
-    assert_eq!(glow.notes, ["folder/a.gltf: left out: 1 texture of another kind"]);
+    assert_eq!(glow.notes, ["folder/a.gltf: left out: 1 unsupported texture"]);
     let unlit = r#""materials":[{"extensions":{"KHR_materials_unlit":{}},
         "pbrMetallicRoughness":{"baseColorFactor":[0,1,0,1]}}]"#;
     let unlit = textured(unlit, "[]").expect("a mesh").surfaces[0].material();

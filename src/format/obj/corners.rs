@@ -122,7 +122,7 @@ impl Corners {
                 self.largest[1] = self.largest[1].max(normal);
             }
             budget.reserve(&mut self.face, 1)?;
-            // An index without coordinates is no fault: many files have such.
+            // Many files have indices without coordinates.
             let texture = uvs.zip(corner.texture).map_or(NONE, |(size, index)| {
                 let resolved = if index < 0 { index + size as i64 } else { index - 1 };
                 u32::try_from(resolved).unwrap_or(NONE)

@@ -289,8 +289,8 @@ impl<'b> Obj<'b> {
         }
         left_out.count(
             self.odd_uvs,
-            "texture coordinate that is no number or too large",
-            "texture coordinates that are no numbers or too large",
+            "texture coordinate that is NaN or too large",
+            "texture coordinates that are NaN or too large",
         );
         // With normals, smoothing groups change nothing.
         if self.has_smoothing_groups && self.normals.is_empty() {

@@ -100,8 +100,8 @@ fn surfaces(
     }
     left_out.count(
         faces.odd_uvs,
-        "texture coordinate that is no number or too large",
-        "texture coordinates that are no numbers or too large",
+        "texture coordinate that is NaN or too large",
+        "texture coordinates that are NaN or too large",
     );
     notes.extend(left_out.note(path));
     notes.extend(paint_notes(paint, header, path));

@@ -325,8 +325,8 @@ impl<'a> Building<'a> {
         left_out.count(unused, "object that is not built", "objects that are not built");
         left_out.count(
             self.palette.odd_uvs,
-            "texture coordinate that is no number or too large",
-            "texture coordinates that are no numbers or too large",
+            "texture coordinate that is NaN or too large",
+            "texture coordinates that are NaN or too large",
         );
     }
 }

@@ -218,7 +218,7 @@ fn textures_are_parts() {
     assert_eq!(mesh.images.len(), 1);
     assert_eq!(
         mesh.notes,
-        ["a.3mf: left out: lower layers of properties, 1 texture coordinate that is no number or too large"]
+        ["a.3mf: left out: lower layers of properties, 1 texture coordinate that is NaN or too large"]
     );
     let missing = read(&archive(parts.into_iter().take(1)), &Budget::unlimited()).expect("it loads");
     assert_eq!(

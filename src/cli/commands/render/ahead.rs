@@ -35,7 +35,7 @@ impl<'scope, 'env> Ahead<'scope, 'env> {
         }
     }
 
-    /// The scene that was loaded ahead. `None` if none was, or if it failed or is incomplete: then it is loaded again, with all
+    /// The scene that was loaded ahead. `None` if none was, or if it failed or is incomplete: it is loaded again, with all
     /// memory, and reports its errors and warnings in order.
     pub fn take(&mut self) -> Option<Ready> {
         // The thread has reported its panic.

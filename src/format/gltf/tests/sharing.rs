@@ -77,7 +77,10 @@ fn flat_nodes_are_baked_and_those_without_size_left_out() {
         (mesh.columns.triangles.len(), mesh.shared[0].placements.len()),
         (1, 3)
     );
-    assert_eq!(mesh.notes, ["a.gltf: left out: 2 placements without size"]);
+    assert_eq!(
+        mesh.notes,
+        ["a.gltf: left out: 2 placements scaled to lines or points"]
+    );
     let far = json.replace("[5,0,0]", "[3e9,0,0]");
     assert_eq!(
         load_with(&far, &[], Sharing::Always).expect_err("far away"),

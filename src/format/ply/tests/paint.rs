@@ -186,7 +186,7 @@ fn faces_that_lack_a_texture() {
     assert_eq!(
         mesh.notes,
         [
-            "m.ply: left out: 3 texture coordinates that are no numbers or too large",
+            "m.ply: left out: 3 texture coordinates that are NaN or too large",
             "m.ply: 4 triangles have no texture coordinates: shown without texture",
             "m.ply: 3 faces have a `texnumber` that is not from 0 to 1: shown without texture",
         ]
