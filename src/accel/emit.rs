@@ -196,8 +196,8 @@ pub(super) fn emit<S: Simd, B: FromScene>(
         })
         .collect();
     jobs.into_par_iter().with_max_len(1).for_each(Emission::run);
-    // SAFETY: `above` has written its nodes, and each subtree all of its nodes and blocks, which `run` checks. Together
-    // they are as many as counted, and the capacity was reserved for them.
+    // SAFETY: `above` has written its nodes, and each subtree all of its nodes and blocks, which `run` checks. Their sums
+    // are the counts, for which the capacity was reserved.
     unsafe {
         wide.nodes.set_len(counts.nodes);
         wide.triangle_blocks.set_len(counts.triangle_blocks);

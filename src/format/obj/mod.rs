@@ -134,7 +134,7 @@ struct Obj<'b> {
     odd_uvs: usize,
     /// Whether a material shows an image.
     keeps_uvs: bool,
-    /// Whether it did so only after texture coordinates or faces.
+    /// Whether the first such material came after texture coordinates or faces.
     uvs_are_late: bool,
     has_smoothing_groups: bool,
     /// How many `l` and `p` lines there are.

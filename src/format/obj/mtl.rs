@@ -1,5 +1,5 @@
-//! Material libraries: `newmtl`, `Kd`, `Ks`, `Ke`, `Ns`, `illum`, `map_Kd`, `map_Ke`, `map_d`. Faults and whatever else a library holds become notes; the
-//! mesh is shown all the same.
+//! Material libraries: `newmtl`, `Kd`, `Ks`, `Ke`, `Ns`, `illum`, `map_Kd`, `map_Ke`, `map_d`. Faults and whatever else a
+//! library contains become notes; the mesh is shown all the same.
 
 use super::super::{
     budget::Budget,
@@ -98,7 +98,7 @@ pub(super) fn parse(
             }
             _ => Some(()),
         };
-        // One is enough to look there.
+        // One note is enough to find the others.
         if read.is_none() && !std::mem::replace(&mut has_faults, true) {
             let message = format!("{} without valid numbers, ignored", quote(keyword));
             notes.push(TextFault::new(place, message).into_error(text, path).to_string());
@@ -109,7 +109,7 @@ pub(super) fn parse(
     Ok(surfaces.collect())
 }
 
-/// What the library holds and is not read.
+/// What the library contains but octray does not read.
 fn left_out(materials: &[Reading], textures: usize, moved: usize) -> LeftOut {
     let mut left_out = LeftOut::default();
     left_out.count(textures, "texture", "textures");
@@ -142,7 +142,7 @@ struct Reading {
     has_highlight: bool,
     base: Option<Texture>,
     mask: Option<Texture>,
-    /// `d`, and `Tr`, which says the contrary.
+    /// `d`, and its complement `Tr`.
     opaque: Option<f32>,
     transparent: f32,
     emission: [f32; 3],
@@ -169,8 +169,8 @@ impl Reading {
         }
     }
 
-    /// How opaque it is; `None` if nothing could be seen of it. That is mostly a mistake: some programs write `Tr 1` or
-    /// `d 0` for what is opaque.
+    /// How opaque it is; `None` if it would be invisible. That is mostly a mistake: some programs write `Tr 1` or `d 0` for
+    /// opaque materials.
     fn opacity(&self) -> Option<f32> {
         let opacity = self.opaque.unwrap_or(1.0 - self.transparent).clamp(0.0, 1.0);
         (opacity >= LEAST_OPACITY).then_some(opacity)

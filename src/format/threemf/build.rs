@@ -23,7 +23,7 @@ use std::{collections::HashMap, ops::Range};
 /// How deep components nest.
 const MAX_DEPTH: usize = 64;
 
-/// The most objects that a file places, each counted every time.
+/// The most objects that a file places; an object counts each time it is placed.
 const MAX_PLACED: usize = 1 << 20;
 
 /// Memory of an entry of the maps, bytes: they may be half empty, and move as they grow.
@@ -354,7 +354,7 @@ fn add_positions(
 fn add_attributes(columns: &mut TriangleMesh, mesh: &Mesh, palette: &Palette) {
     let vertices = columns.x.len();
     let own = |i: usize| mesh.attributes.get(i).copied().flatten().unwrap_or([NONE; 2]);
-    // There is room for either if any object has it.
+    // Capacity was reserved for either if any object has it.
     if columns.colors.capacity() > 0 {
         let color = |i: usize| {
             palette

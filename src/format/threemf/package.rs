@@ -30,7 +30,7 @@ const ENTRY_BYTES: usize = 192;
 /// The most bytes that DEFLATE expands one byte to.
 const MAX_RATIO: u64 = 1032;
 
-/// An archive whose parts are read when they are asked for.
+/// An archive whose parts are read on request.
 pub(super) struct Package<'a> {
     path: &'a Path,
     archive: ZipSliceArchive<&'a [u8]>,
@@ -170,7 +170,7 @@ impl<'a> Package<'a> {
                 )));
             }
         };
-        // The stated size may be a lie.
+        // The stated size may be wrong.
         if stated > (data.len() as u64).saturating_add(1).saturating_mul(MAX_RATIO) {
             return Err(io::Error::other(format!(
                 "the part is broken: {} bytes do not inflate to {}",

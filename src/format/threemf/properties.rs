@@ -362,7 +362,7 @@ impl Palette {
                 if let Some(color) = tag.find("displaycolor")? {
                     let mut color = color.color()?;
                     if let [.., alpha @ 0] = &mut color {
-                        // Mostly a mistake: nothing could be seen of it.
+                        // Mostly a mistake: it would be invisible.
                         *alpha = u8::MAX;
                         self.left_out.add("full transparency");
                     }

@@ -452,7 +452,7 @@ fn broken_archives() {
         read(&set(b"PK\x01\x02", 10, 12)),
         "a.3mf/3D/3dmodel.model: the part is compressed by BZIP2, expected DEFLATE"
     );
-    // Less than there is: the checksum is that of more.
+    // Shorter than the part: the checksum is that of all its bytes.
     let stated = read(&set(b"PK\x01\x02", 24, 0));
     assert!(
         stated.starts_with("a.3mf/3D/3dmodel.model: the part is broken: invalid checksum"),
