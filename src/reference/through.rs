@@ -1,4 +1,4 @@
-//! The scalar twin of `shade::through`.
+//! The scalar version of `shade::through`.
 
 use super::{
     shade::{Intersect, SURFACE_OFFSET, tinted},
@@ -10,7 +10,7 @@ use crate::{
     simd::Simd,
 };
 
-/// Returns what is left of light along a shadow ray, by channel; `None` if that is nothing.
+/// Returns the share of light that is left along a shadow ray, by channel; `None` if there is none.
 #[inline(always)]
 pub(super) fn light_through<S: Simd>(
     simd: S,

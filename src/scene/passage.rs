@@ -1,5 +1,5 @@
-//! Light that goes straight on through surfaces on its way to a point: through what is not opaque, and through glass, dimmed
-//! by what each side reflects and tinted on the way inside. It is not refracted, so it makes no caustics.
+//! Light that passes straight through surfaces to a point: through half-transparent ones and through glass, where it is
+//! dimmed by each side's reflection and tinted inside. It is not refracted, so there are no caustics.
 
 use super::{Material, MaterialId, Scene};
 use crate::{
@@ -8,10 +8,10 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Light that is weaker than this in all channels counts as blocked.
+/// Light counts as blocked if less than this share is left in all channels.
 const LEAST: f32 = 1.0 / 512.0;
 
-/// The most surfaces on the way of light; the next one is opaque.
+/// The most surfaces that light passes; the next one is opaque.
 const MOST_SURFACES: u8 = 64;
 
 /// The least cosine between light and a normal.
@@ -23,21 +23,21 @@ pub(crate) struct Crossing {
     pub primitive: PrimitiveId,
     /// Weights of the second and third corner of a triangle.
     pub weights: [f32; 2],
-    /// From the last surface or the start, scene units.
+    /// Distance from the last surface or the start, scene units.
     pub distance: f32,
     pub direction: Vec3,
     /// Unit geometric normal against the direction.
     pub geometric_normal: Vec3,
     /// Unit shading normal.
     pub normal: Vec3,
-    /// Whether the surface is met from behind.
+    /// Whether the back of the surface is hit.
     pub from_behind: bool,
     /// The base colour there, with those of vertices and textures.
     pub base: [f32; 3],
 }
 
 impl Crossing {
-    /// A hit on a surface with this base colour, and otherwise nothing known yet.
+    /// A hit on a surface with this base colour; the rest is set later.
     pub fn at(hit: &Hit, base: [f32; 3]) -> Self {
         Self {
             primitive: hit.primitive,
@@ -55,7 +55,7 @@ impl Crossing {
 /// Light on its way.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Passage {
-    /// What is left of it, by channel; 0 if it is blocked.
+    /// The share that is left, by channel; 0 if it is blocked.
     pub left: [f32; 3],
     /// The glass that it is in.
     medium: Option<MaterialId>,
@@ -69,7 +69,7 @@ impl Passage {
         surfaces: 0,
     };
 
-    /// Goes through a surface, and returns whether anything is left. Both modes call it.
+    /// Passes a surface, and returns whether any light is left. Both modes call it.
     #[inline(always)]
     pub fn cross<S: Simd>(&mut self, simd: S, scene: &Scene, at: &Crossing) -> bool {
         let id = scene.material_of(at.primitive);
@@ -97,7 +97,7 @@ impl Passage {
         is_left
     }
 
-    /// Arrives, this far behind the last surface.
+    /// Reaches the end, at this distance behind the last surface.
     pub fn arrive(&mut self, scene: &Scene, distance: f32) {
         self.tint(scene, distance);
     }
@@ -117,7 +117,7 @@ impl Scene {
         self.has_glass
     }
 
-    /// Returns whether nothing of light goes on behind a primitive, wherever it meets it.
+    /// Returns whether a primitive stops all light.
     pub(crate) fn blocks_light(&self, id: PrimitiveId) -> bool {
         let textures = self.textures_of(id);
         let is_glass = matches!(
@@ -127,14 +127,14 @@ impl Scene {
         !is_glass && textures.is_none_or(|textures| textures.opacity.is_none())
     }
 
-    /// Returns whether there may be surfaces through which a part of light goes straight on.
+    /// Returns whether light may pass some surfaces in part.
     pub(crate) fn dims_light(&self) -> bool {
         self.has_glass() || self.has_blending()
     }
 }
 
-/// The share that glass reflects, by Fresnel's equations for unpolarised light from outside, whatever side it comes from: so
-/// it is the same for light that goes the other way.
+/// The share that glass reflects, by Fresnel's equations for unpolarised light from outside, also for light from inside:
+/// both directions along a ray have the same.
 #[inline(always)]
 fn reflected<S: Simd>(simd: S, index: f32, at: &Crossing) -> f32 {
     let facing = -simd.dot(at.direction, at.normal);

@@ -1,5 +1,5 @@
-//! Light that goes straight on through surfaces: shadow rays that meet something go on behind it, as long as anything of the
-//! light is left. Only scenes with glass or blending run this pass.
+//! Light that passes straight through surfaces: shadow rays continue behind what they hit while any light is left. Only
+//! scenes with glass or half-transparent surfaces run this pass.
 
 use super::{
     SURFACE_OFFSET, TileColors,
@@ -21,7 +21,7 @@ use glam::Vec3;
 /// The scratch memory of the pass.
 #[derive(Debug, Default)]
 pub(super) struct Through {
-    /// Of each blocked packet its number, and its eight lights.
+    /// Each blocked packet's index, and its eight lights.
     packets: Vec<u32>,
     passages: Vec<[Passage; LANES]>,
     /// Their rays: the parent of one is its number in `passages`, times eight, and its lane.
@@ -38,8 +38,8 @@ pub(super) struct Through {
 }
 
 impl Through {
-    /// Follows the blocked rays. What is left of their light multiplies its power in `arriving`, which is `power` where that
-    /// has none; rays of which anything is left are not blocked any more.
+    /// Follows the blocked rays. The share of their light that is left multiplies its power in `arriving`, or `power` where
+    /// that has none; rays with light left are no longer blocked.
     pub(super) fn pass(
         &mut self,
         scene: &Scene,
@@ -95,7 +95,7 @@ impl Through {
         }
     }
 
-    /// Takes all rays to the next surface, and queues those that go on behind it.
+    /// Traces all rays to the next surface, and queues those that continue behind it.
     fn cross(&mut self, scene: &Scene, tracer: &mut Tracer<'_>) {
         let (packets, level) = (self.rays.rays.packets(), tracer.level());
         self.hits.clear();
@@ -141,7 +141,7 @@ impl Through {
         std::mem::swap(&mut self.rays, &mut self.next);
     }
 
-    /// Dims the light at each surface, and queues the rays of which anything is left.
+    /// Dims the light at each surface, and queues the rays with light left.
     #[inline(always)]
     fn go_on<S: Simd>(&mut self, simd: S, scene: &Scene) {
         for (id, range) in self.by_material.ranges() {

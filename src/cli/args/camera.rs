@@ -82,7 +82,8 @@ pub struct MeshArgs {
     #[arg(long, value_name = "DEG", value_parser = values::angle)]
     pub smooth_angle: Option<f64>,
 
-    /// Diameter of the points or lines of a file without faces, scene units [default: 1.3 times the distance of points from each other; with lines, 1/200 of the diagonal of the box around them]
+    /// Diameter of the points or lines of a file without faces, scene units [default: 1.3 times the distance of points from
+    /// each other; with lines, 1/200 of the diagonal of the box around them]
     #[arg(long, value_name = "DIAMETER", value_parser = values::diameter, allow_negative_numbers = true)]
     pub point_size: Option<f32>,
 

@@ -22,7 +22,7 @@ pub(super) struct Shape<'a> {
     pub(super) normals: Option<Rc<Elements<'a>>>,
     /// As many as positions.
     pub(super) colors: Option<Rc<Elements<'a>>>,
-    /// Of points and lines, what their colours are multiplied by: display values.
+    /// The factor of the colours of points and lines, display values.
     pub(super) tint: Option<[f32; 3]>,
     /// Whether the material shows a texture.
     pub(super) is_textured: bool,
@@ -146,7 +146,7 @@ impl<'a> Shape<'a> {
         match self.mode {
             Mode::LineStrip => corners.saturating_sub(1),
             Mode::LineLoop if corners > 2 => corners,
-            // A loop of two corners would go there and back.
+            // A loop of two corners would have its segment twice.
             Mode::Lines | Mode::LineLoop => corners / 2,
             _ => 0,
         }
@@ -161,7 +161,7 @@ impl<'a> Shape<'a> {
         }
     }
 
-    /// Whether it leaves vertices to other shapes: most of them, or any if each would be seen.
+    /// Whether it leaves vertices to other shapes: most of them, or any if each would be visible.
     fn uses_few(&self) -> bool {
         let is_seen = is_of_cloud(self.mode) && self.indices.is_some();
         is_seen || self.positions.count > self.corner_count()
@@ -245,7 +245,7 @@ impl<'a> Shape<'a> {
         let count = corners.vertices.len();
         let step = if self.mode == Mode::Lines { 2 } else { 1 };
         lines.extend((0..self.line_count()).map(|i| {
-            // Only a loop comes back to its first corner.
+            // Only a loop returns to its first corner.
             [i * step, (i * step + 1) % count].map(|i| corners.vertices[i] + base)
         }));
     }

@@ -34,15 +34,15 @@ const BLOCK: usize = 64;
 /// Vertices without faces: points, or ends of lines.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cloud {
-    /// Radius of the points and lines, scene units; `None` leaves it to [`Cloud::radius`].
+    /// Radius of the points and lines, scene units; `None` for that of [`Cloud::radius`].
     pub radius: Option<f32>,
     /// The segments of lines: the vertices at their ends, 0-based. Empty if each vertex is a point.
     pub lines: Vec<[u32; 2]>,
 }
 
 impl Cloud {
-    /// Returns the radius of points and lines: the one that is set, or else one that does not depend on the machine or the
-    /// number of threads.
+    /// Returns the radius of points and lines: as set, else from the positions, the same on every machine and any number of
+    /// threads.
     ///
     /// With lines, it is 1/400 of the diagonal of the box around all vertices. Of points alone, it is 0.65 times the median
     /// distance to the third nearest neighbour (the nearest, if there are fewer) over 128 of them. Points at the same
@@ -60,7 +60,7 @@ impl Cloud {
         self.radius.or_else(found).unwrap_or_else(|| alone(points))
     }
 
-    /// Adds spheres at the vertices, which are moved, and prisms around the lines to a scene. What neither has is dropped.
+    /// Adds spheres at the vertices, which are moved, and prisms around the lines to a scene. Other arrays are dropped.
     pub(super) fn add_to(
         self,
         points: TriangleMesh,

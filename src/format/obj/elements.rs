@@ -98,7 +98,7 @@ impl<'a> Elements<'a> {
         Ok(count)
     }
 
-    /// Keeps the vertices of lines and points alone, if there are any, and returns the lines between them. Several surfaces
+    /// Keeps only the vertices of lines and points, if there are any, and returns the lines between them. Several surfaces
     /// become colours.
     pub(super) fn keep(
         mut self,

@@ -29,7 +29,7 @@ pub(super) type Placed = (usize, [u64; 12], u32, bool, u32);
 #[derive(Clone, Copy)]
 pub(super) struct Placement<'a> {
     pub(super) transform: Transform,
-    /// Radius of the points and lines of a file without faces, scene units; by their spacing or size if `None`.
+    /// Radius of the points and lines of a file without faces, scene units; `None` for that of the cloud.
     pub(super) point_radius: Option<f32>,
     /// A file of placements, and the transform before each of them.
     pub(super) file: Option<(Transform, Word<'a>)>,
