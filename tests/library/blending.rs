@@ -197,7 +197,7 @@ fn assert_left(expected: [f64; 3], bodies: impl Fn(&mut SceneBuilder)) {
 fn shadows_of_panes() {
     for opacity in [0.0, 0.3, 0.7, 1.0] {
         assert_left([1.0 - f64::from(opacity); 3], |builder| {
-            pane(builder, 4.0, [0.0; 3], opacity)
+            pane(builder, 4.0, [0.0; 3], opacity);
         });
     }
     assert_left([0.5 * 0.7 * 0.5, 0.0, 0.5 * 0.7 * 0.25], |builder| {
@@ -235,8 +235,12 @@ fn shadows_of_glass() {
     };
     let slab = |builder: &mut SceneBuilder, bottom: Option<f32>, top: Option<f32>| {
         let id = builder.add_material(glass).unwrap();
-        bottom.into_iter().for_each(|z| surface(builder, z, false, id));
-        top.into_iter().for_each(|z| surface(builder, z, true, id));
+        if let Some(z) = bottom {
+            surface(builder, z, false, id);
+        }
+        if let Some(z) = top {
+            surface(builder, z, true, id);
+        }
     };
     assert_left(tinted(3.0, 2), |builder| slab(builder, Some(2.0), Some(5.0)));
     assert_left(tinted(5.0, 1), |builder| slab(builder, None, Some(5.0)));
