@@ -426,6 +426,7 @@ impl SceneBuilder {
             sources,
             memory: _,
         } = self;
+        let has_glass = materials.iter().any(|m| matches!(m, Material::Glass { .. }));
         let mut scene = Scene {
             vertices,
             triangles,
@@ -434,9 +435,9 @@ impl SceneBuilder {
             prototypes,
             instances: Vec::new(),
             lights,
-            has_glass: materials.iter().any(|m| matches!(m, Material::Glass { .. })),
+            has_glass,
             materials,
-            has_cut_outs: textures.iter().flatten().any(SurfaceTextures::lets_rays_pass),
+            has_cut_outs: has_glass || textures.iter().flatten().any(SurfaceTextures::lets_rays_pass),
             has_blending: textures.iter().flatten().any(|all| all.opacity.is_some()),
             textures,
             images,

@@ -1,12 +1,12 @@
 //! Half-transparent surfaces: their opacity, and the rays that they stop.
 
-use super::{Primitive, Scene, SurfaceTextures, Texture, material::check_share};
+use super::{Material, Primitive, Scene, SurfaceTextures, Texture, material::check_share};
 use crate::{error::SceneError, ray::PrimitiveId};
 
 /// No ray hits surfaces with an opacity below this.
 const LEAST: f32 = 1.0 / 512.0;
 
-/// From this opacity on, surfaces stop shadow, ambient and environment rays.
+/// From this opacity on, surfaces stop ambient rays.
 const STOPS_LIGHT: f32 = 0.5;
 
 /// The opacity of a surface. The rest of the light from behind passes straight through.
@@ -93,10 +93,16 @@ impl Scene {
         self.is_less_opaque(id, weights, |opacity| if opacity.is_tinted { 0.0 } else { LEAST })
     }
 
-    /// Returns whether shadow, ambient and environment rays pass the surface there.
+    /// Returns whether ambient rays pass the surface there: glass, and what is not very opaque.
     #[must_use]
     pub fn lets_light_pass(&self, id: PrimitiveId, weights: [f32; 2]) -> bool {
-        self.is_less_opaque(id, weights, |_| STOPS_LIGHT)
+        let is_glass = || {
+            matches!(
+                self.materials()[self.material_of(id).0 as usize],
+                Material::Glass { .. }
+            )
+        };
+        self.has_glass && is_glass() || self.is_less_opaque(id, weights, |_| STOPS_LIGHT)
     }
 
     /// Returns whether some rays may pass through a primitive.

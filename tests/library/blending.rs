@@ -246,6 +246,28 @@ fn shadows_of_glass() {
     assert_left(tinted(5.0, 1), |builder| slab(builder, None, Some(5.0)));
 }
 
+/// Glass stops no ambient light, and other surfaces from an opacity of 0.5 on.
+#[test]
+fn ambient_light_behind_surfaces() {
+    let glass = |builder: &mut SceneBuilder| {
+        let id = builder.add_material(Material::GLASS).unwrap();
+        surface(builder, 1.0, false, id);
+        surface(builder, 2.0, true, id);
+    };
+    let light = |above: &dyn Fn(&mut SceneBuilder)| {
+        let (mut builder, _) = under(WHITE, Material::GLASS);
+        builder.set_ambient(0.5).unwrap();
+        builder.set_ambient_reach(Some(1e4)).unwrap();
+        let matte = builder.classic_material(1).unwrap();
+        surface(&mut builder, 0.0, true, matte);
+        above(&mut builder);
+        color(&builder.finish(), DVec3::Z * 0.5, DVec3::ZERO, 3)[0]
+    };
+    assert_near(light(&glass), 0.5, 1e-6);
+    assert_near(light(&|builder| pane(builder, 1.0, [0.0; 3], 0.4)), 0.5, 1e-6);
+    assert_near(light(&|builder| pane(builder, 1.0, [0.0; 3], 0.6)), 0.0, 1e-6);
+}
+
 /// Alpha of pictures without background is that of all surfaces on a ray, and colours are premultiplied by it.
 #[test]
 fn coverage_is_opacity() {

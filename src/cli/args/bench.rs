@@ -1,7 +1,7 @@
 //! Arguments of `octray bench`.
 
 use super::{
-    camera::{CameraArgs, MeshArgs},
+    camera::{self, CameraArgs, MeshArgs},
     limits::MemoryArgs,
     values::{self, Size},
 };
@@ -25,7 +25,7 @@ pub struct BenchArgs {
     pub scene: Option<PathBuf>,
 
     /// Benchmark a suite of generated scenes, from a few thousand to ten million triangles
-    #[arg(long, conflicts_with_all = ["camera", "view", "eye", "target", "up", "fov", "ortho", "aperture", "focus", "up_axis", "ground", "smooth_angle"])]
+    #[arg(long, conflicts_with_all = camera::OPTIONS, conflicts_with_all = camera::MESH_OPTIONS)]
     pub all: bool,
 
     /// Use smaller scenes with --all

@@ -9,6 +9,14 @@ use crate::{
 use clap::Args;
 use glam::DVec3;
 
+/// The names of all arguments of [`CameraArgs`].
+pub(super) const OPTIONS: [&str; 10] = [
+    "camera", "view", "from", "eye", "target", "up", "fov", "ortho", "aperture", "focus",
+];
+
+/// The names of all arguments of [`MeshArgs`].
+pub(super) const MESH_OPTIONS: [&str; 5] = ["up_axis", "ground", "smooth_angle", "point_size", "lit_from"];
+
 /// The camera.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Camera")]
@@ -130,5 +138,25 @@ impl MeshArgs {
             turning,
             ..MeshOptions::default()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Command;
+
+    fn names_of<A: Args>() -> Vec<String> {
+        let command = A::augment_args(Command::new("octray"));
+        command
+            .get_arguments()
+            .map(|argument| argument.get_id().to_string())
+            .collect()
+    }
+
+    #[test]
+    fn all_options_are_listed() {
+        assert_eq!(names_of::<CameraArgs>(), OPTIONS);
+        assert_eq!(names_of::<MeshArgs>(), MESH_OPTIONS);
     }
 }

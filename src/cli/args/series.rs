@@ -1,6 +1,6 @@
 //! Arguments of `octray render` for several pictures, and for comparing them.
 
-use super::values;
+use super::{camera, values};
 use crate::cli::{
     CliError,
     plan::{CompareOptions, FrameRange, Poses, Turntable, has_number, keyframes},
@@ -8,20 +8,6 @@ use crate::cli::{
 };
 use clap::Args;
 use std::path::{Path, PathBuf};
-
-/// What `--poses` takes the place of.
-const CAMERAS: [&str; 10] = [
-    "turntable",
-    "camera",
-    "view",
-    "eye",
-    "target",
-    "up",
-    "fov",
-    "ortho",
-    "aperture",
-    "focus",
-];
 
 /// Frames per second of an animation.
 pub(super) const FPS: u32 = 25;
@@ -49,7 +35,7 @@ pub struct SeriesArgs {
 
     /// Render the scene from every camera of a NeRF transforms.json or of a COLMAP reconstruction's images.txt or images.bin,
     /// into an animation or pictures: in -o, a run of # stands for the number, {pose} for the name in the file
-    #[arg(long, value_name = "FILE", conflicts_with_all = CAMERAS)]
+    #[arg(long, value_name = "FILE", conflicts_with = "turntable", conflicts_with_all = camera::OPTIONS)]
     pub poses: Option<PathBuf>,
 
     /// Write the cameras of all pictures as a NeRF transforms.json
