@@ -39,7 +39,7 @@ pub(super) struct Through {
 
 impl Through {
     /// Follows the blocked rays. The share of their light that is left multiplies its power in `arriving`, or `power` where
-    /// that has none; rays with light left are no longer blocked.
+    /// that has none; rays with light left are no longer blocked. Cost: docs/lab-notes.md#light-through-surfaces
     pub(super) fn pass(
         &mut self,
         scene: &Scene,
