@@ -91,7 +91,7 @@ class Mesh:
     def from_file(cls, path: str | bytes | os.PathLike[str], *, threads: int | None = None) -> Mesh:
         """Load a mesh file: ``.ply``, ``.obj``, ``.off``, ``.stl``, ``.gltf``, ``.glb`` or ``.3mf``.
 
-        Vertices are in the file's own coordinates, whichever axis points up. What a file lacks is told in warnings.
+        Vertices are in the file's own coordinates, whichever axis points up. Warnings name what is missing or ignored.
 
         Raises
         ------
@@ -114,13 +114,13 @@ class Mesh:
 
     @property
     def vertices(self) -> NDArray[np.float64]:
-        """The vertices as they are kept, shape (n, 3): a new array each time, not to be written to. See ``refit``."""
+        """The stored vertices, shape (n, 3): a new read-only array each time. See ``refit``."""
         vertices, middle, _, _ = _octray.parts(self._mesh)
         return _only_to_read(vertices + np.array(middle))
 
     @property
     def faces(self) -> NDArray[np.int64]:
-        """The triangles, three vertex indices each, shape (m, 3): a new array each time, not to be written to."""
+        """The triangles, three vertex indices each, shape (m, 3): a new read-only array each time."""
         return _only_to_read(_octray.parts(self._mesh)[2].astype(np.int64))
 
     @property
