@@ -27,7 +27,7 @@ enum Passing<'a> {
     Nowhere,
     /// Where the scene's surfaces are cut out.
     CutOuts(&'a Scene),
-    /// For rays to lights: at cut-outs and at surfaces of low opacity.
+    /// For ambient rays: at cut-outs, glass and surfaces of low opacity.
     Light(&'a Scene),
 }
 

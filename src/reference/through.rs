@@ -21,7 +21,21 @@ pub(super) fn light_through<S: Simd>(
     if !scene.dims_light() {
         return (!intersect.occluded(&ray)).then_some([1.0; 3]);
     }
-    let (mut ray, mut passage) = (ray, Passage::START);
+    follow(simd, scene, intersect, ray)
+}
+
+// Not inlined, for it is long and called twice, so it enters the level by itself.
+#[inline(never)]
+fn follow<S: Simd>(simd: S, scene: &Scene, intersect: &mut dyn Intersect, ray: Ray) -> Option<[f32; 3]> {
+    simd.call(
+        #[inline(always)]
+        || cross_all(simd, scene, intersect, ray),
+    )
+}
+
+#[inline(always)]
+fn cross_all<S: Simd>(simd: S, scene: &Scene, intersect: &mut dyn Intersect, ray: Ray) -> Option<[f32; 3]> {
+    let (mut ray, mut passage) = (ray, Passage::along(&ray));
     while ray.t_max > 0.0 {
         let hit = intersect.closest_hit(&ray);
         if !hit.is_hit() {
@@ -41,11 +55,9 @@ pub(super) fn light_through<S: Simd>(
         if !passage.cross(simd, scene, &crossing) {
             return None;
         }
-        let offset = s.magnitude * SURFACE_OFFSET;
-        ray = Ray {
-            t_max: ray.t_max - (hit.t + offset),
-            ..Ray::new(simd.mul_add3(s.geometric_normal, -offset, s.point), ray.direction)
-        };
+        let offset = -(s.magnitude * SURFACE_OFFSET);
+        let behind = simd.mul_add3(s.geometric_normal, offset, s.point);
+        ray = passage.onward(simd, behind, ray.direction);
     }
     (passage.left != [0.0; 3]).then_some(passage.left)
 }

@@ -1,6 +1,6 @@
 //! Half-transparent surfaces: their opacity, and the rays that they stop.
 
-use super::{Material, Primitive, Scene, SurfaceTextures, Texture, material::check_share};
+use super::{Primitive, Scene, SurfaceTextures, Texture, material::check_share};
 use crate::{error::SceneError, ray::PrimitiveId};
 
 /// No ray hits surfaces with an opacity below this.
@@ -96,19 +96,13 @@ impl Scene {
     /// Returns whether ambient rays pass the surface there: glass, and what is not very opaque.
     #[must_use]
     pub fn lets_light_pass(&self, id: PrimitiveId, weights: [f32; 2]) -> bool {
-        let is_glass = || {
-            matches!(
-                self.materials()[self.material_of(id).0 as usize],
-                Material::Glass { .. }
-            )
-        };
-        self.has_glass && is_glass() || self.is_less_opaque(id, weights, |_| STOPS_LIGHT)
+        self.is_glass(id) || self.is_less_opaque(id, weights, |_| STOPS_LIGHT)
     }
 
     /// Returns whether some rays may pass through a primitive.
     pub(crate) fn lets_rays_pass(&self, id: PrimitiveId) -> bool {
         let textures = self.textures_of(id);
-        textures.is_some_and(SurfaceTextures::lets_rays_pass)
+        self.is_glass(id) || textures.is_some_and(SurfaceTextures::lets_rays_pass)
     }
 
     fn is_less_opaque(&self, id: PrimitiveId, weights: [f32; 2], limit: impl Fn(&Opacity) -> f32) -> bool {

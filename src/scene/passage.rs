@@ -3,7 +3,7 @@
 
 use super::{Material, MaterialId, Scene};
 use crate::{
-    ray::{Hit, PrimitiveId},
+    ray::{Hit, PrimitiveId, Ray, T_MAX},
     simd::Simd,
 };
 use glam::Vec3;
@@ -59,15 +59,46 @@ pub(crate) struct Passage {
     pub left: [f32; 3],
     /// The glass that it is in.
     medium: Option<MaterialId>,
+    /// How far it went before the first glass, which it may have started in; `None` once it has met any.
+    before_glass: Option<f32>,
+    /// Where it ends, unless it comes from infinity.
+    end: Option<Vec3>,
     surfaces: u8,
 }
 
 impl Passage {
-    pub const START: Self = Self {
-        left: [1.0; 3],
-        medium: None,
-        surfaces: 0,
-    };
+    /// Light along a shadow ray, in either direction.
+    pub fn along(ray: &Ray) -> Self {
+        Self {
+            left: [1.0; 3],
+            medium: None,
+            before_glass: Some(0.0),
+            end: (ray.t_max < T_MAX).then(|| ray.origin + ray.direction * ray.t_max),
+            surfaces: 0,
+        }
+    }
+
+    /// Returns the ray that continues at `origin`, to the same end: offsets from surfaces do not add up. Its `t_max` is 0 if
+    /// the end is not ahead.
+    #[inline(always)]
+    pub fn onward<S: Simd>(&self, simd: S, origin: Vec3, direction: Vec3) -> Ray {
+        let Some(end) = self.end else {
+            return Ray::new(origin, direction);
+        };
+        let way = end - origin;
+        let length = simd.dot(way, way).sqrt();
+        if simd.dot(way, direction) > 0.0 {
+            Ray {
+                t_max: length,
+                ..Ray::new(origin, way * (1.0 / length))
+            }
+        } else {
+            Ray {
+                t_max: 0.0,
+                ..Ray::new(origin, direction)
+            }
+        }
+    }
 
     /// Passes a surface, and returns whether any light is left. Both modes call it.
     #[inline(always)]
@@ -75,14 +106,21 @@ impl Passage {
         let id = scene.material_of(at.primitive);
         let material = scene.materials()[id.0 as usize];
         if let Material::Glass { index, .. } = material {
-            let started_inside = at.from_behind.then_some(id);
-            self.medium = self.medium.or(started_inside);
+            if let Some(before) = self.before_glass.take()
+                && at.from_behind
+            {
+                self.medium = Some(id);
+                self.tint(scene, before);
+            }
             self.tint(scene, at.distance);
             self.medium = (!at.from_behind).then_some(id);
             let passed = 1.0 - reflected(simd, index, at);
             self.left = self.left.map(|left| left * passed);
         } else {
             self.tint(scene, at.distance);
+            if let Some(before) = &mut self.before_glass {
+                *before += at.distance;
+            }
             let share = 1.0 - scene.opacity(at.primitive, at.weights);
             let textures = scene.textures_of(at.primitive);
             let is_tinted = textures.is_some_and(|all| all.opacity.is_some_and(|one| one.is_tinted));
@@ -97,9 +135,12 @@ impl Passage {
         is_left
     }
 
-    /// Reaches the end, at this distance behind the last surface.
+    /// Reaches the end, at this distance behind the last surface. Behind a single surface of glass infinity is not tinted, as
+    /// for camera rays.
     pub fn arrive(&mut self, scene: &Scene, distance: f32) {
-        self.tint(scene, distance);
+        if self.end.is_some() {
+            self.tint(scene, distance);
+        }
     }
 
     fn tint(&mut self, scene: &Scene, distance: f32) {
@@ -117,14 +158,19 @@ impl Scene {
         self.has_glass
     }
 
+    /// Returns whether a primitive is of glass.
+    pub(super) fn is_glass(&self, id: PrimitiveId) -> bool {
+        self.has_glass
+            && matches!(
+                self.materials()[self.material_of(id).0 as usize],
+                Material::Glass { .. }
+            )
+    }
+
     /// Returns whether a primitive stops all light.
     pub(crate) fn blocks_light(&self, id: PrimitiveId) -> bool {
         let textures = self.textures_of(id);
-        let is_glass = matches!(
-            self.materials()[self.material_of(id).0 as usize],
-            Material::Glass { .. }
-        );
-        !is_glass && textures.is_none_or(|textures| textures.opacity.is_none())
+        !self.is_glass(id) && textures.is_none_or(|textures| textures.opacity.is_none())
     }
 
     /// Returns whether light may pass some surfaces in part.

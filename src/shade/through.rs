@@ -91,7 +91,9 @@ impl Through {
             let own = std::array::from_fn(|lane| first + lane as u32);
             self.rays.push_from(origins, packet, own, F32x8::ZERO);
             self.packets.push(p as u32);
-            self.passages.push([Passage::START; LANES]);
+            let ray = |lane| rays.rays[p].ray(lane, origins.lane(lane));
+            self.passages
+                .push(std::array::from_fn(|lane| Passage::along(&ray(lane))));
         }
     }
 
@@ -149,7 +151,8 @@ impl Through {
             for i in range {
                 let s = &self.surfaces[i];
                 let tint = self.tints.get(i).copied().unwrap_or([F32x8::splat(1.0); 3]);
-                let (mut origins, mut t_max, mut own) = (s.point, F32x8::ZERO, [0; LANES]);
+                let (mut origins, mut own) = (s.point, [0; LANES]);
+                let (mut direction, mut t_max) = (s.direction, F32x8::ZERO);
                 for lane in (0..LANES).filter(|lane| s.active >> lane & 1 == 1) {
                     let (p, from) = (s.pixel[lane] as usize / LANES, s.pixel[lane] as usize % LANES);
                     let hit = self.hits[p].hit(from);
@@ -163,15 +166,15 @@ impl Through {
                     };
                     let passage = &mut self.passages[own[lane] as usize / LANES][own[lane] as usize % LANES];
                     if passage.cross(simd, scene, &crossing) {
-                        let offset = s.magnitude.as_array()[lane] * SURFACE_OFFSET;
-                        let behind = simd.mul_add3(crossing.geometric_normal, -offset, s.point.lane(lane));
-                        origins.set(lane, behind);
-                        let packet = &self.rays.rays.packets()[p];
-                        t_max.as_mut_array()[lane] = packet.t_max.as_array()[from] - (hit.t + offset);
+                        let offset = -(s.magnitude.as_array()[lane] * SURFACE_OFFSET);
+                        let behind = simd.mul_add3(crossing.geometric_normal, offset, s.point.lane(lane));
+                        let ray = passage.onward(simd, behind, crossing.direction);
+                        origins.set(lane, ray.origin);
+                        direction.set(lane, ray.direction);
+                        t_max.as_mut_array()[lane] = ray.t_max;
                     }
                 }
                 if t_max.as_array().iter().any(|&t| t > 0.0) {
-                    let direction = s.direction;
                     self.next
                         .push_from(origins, RayPacket { direction, t_max }, own, F32x8::ZERO);
                 }

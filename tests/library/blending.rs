@@ -222,6 +222,21 @@ fn shadows_of_panes() {
     }
 }
 
+/// Each pane moves the start of the rest of the ray, but not its end, which would reach into the floor.
+#[test]
+fn slanted_light_through_many_panes() {
+    let (mut builder, _) = under(WHITE, Material::GLASS);
+    builder.set_ambient(0.0).unwrap();
+    builder.add_light(Vec3::new(40.0, 0.0, 30.0), 0.7).unwrap();
+    let matte = builder.classic_material(1).unwrap();
+    surface(&mut builder, 0.0, true, matte);
+    for i in 0..20 {
+        pane(&mut builder, 2.0 + i as f32, [0.0; 3], 0.05);
+    }
+    let found = color(&builder.finish(), DVec3::Z, DVec3::ZERO, 3)[0];
+    assert_near(found, 0.7 * 0.6 * 0.95_f64.powi(20), 1e-4);
+}
+
 /// Both sides of a slab reflect, and inside light is tinted: also if the floor or the lamp is in it.
 #[test]
 fn shadows_of_glass() {
