@@ -203,8 +203,8 @@ fn has_repeats(boxes: &[Box8]) -> bool {
 }
 
 /// Of primitives of the same shape, bit for bit, keeps the one with the lowest id, which wins at equal t. Otherwise a ray
-/// that hits one of a million equal triangles would test them all. Primitives that rays may pass (cut-outs) are kept up to
-/// the first opaque one.
+/// that hits one of a million equal triangles would test them all. Primitives that some rays may pass are kept up to the
+/// first that stops all.
 fn first_of_each_shape(
     scene: &Scene,
     primitives: Vec<PrimitiveId>,

@@ -3,14 +3,14 @@
 
 use super::{
     SURFACE_OFFSET, TileColors,
+    found::Found,
     glass::{Branch8, MIN_WEIGHT, to8},
     material::{Points, background},
-    queue::{HitQueue, RayQueue},
-    surface::SurfacePacket,
+    queue::RayQueue,
 };
 use crate::{
     lanes::{F32x8, LANES},
-    ray::{HitPacket, RayPacket, T_MAX},
+    ray::{RayPacket, T_MAX},
     scene::Scene,
     simd::{EightLanes, LaneMask, Lanes, Simd},
 };
@@ -18,14 +18,14 @@ use crate::{
 /// The most half-transparent surfaces on a path; the next one is opaque.
 pub const MAX_LAYERS: u8 = 64;
 
-/// Multiplies the weights of surfaces by their opacity, and sets `alpha`, unless it is empty, to that of the rays.
-pub(super) fn weigh(
-    scene: &Scene,
-    (rays, hits): (&RayQueue, &[HitPacket]),
-    by_material: &HitQueue,
-    surfaces: &mut [SurfacePacket],
-    alpha: &mut [F32x8],
-) {
+/// Sets the weights of surfaces to their opacity, and `alpha`, unless it is empty, to that of the rays.
+pub(super) fn weigh(scene: &Scene, rays: &RayQueue, found: &mut Found, alpha: &mut [F32x8]) {
+    let Found {
+        hits,
+        by_material,
+        surfaces,
+        ..
+    } = found;
     let mut surfaces = surfaces.iter_mut();
     by_material.for_each_packet(|ray_i| {
         let Some(surface) = surfaces.next() else {

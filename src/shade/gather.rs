@@ -29,8 +29,12 @@ impl Shader {
             self.light.clear();
         }
         // The first light overwrites the previous contents.
-        self.light.resize(self.surfaces.len(), Light8::NONE);
-        let lit = self.by_material.lit_surfaces(scene, &self.surfaces).len();
+        self.light.resize(self.found.surfaces.len(), Light8::NONE);
+        let lit = self
+            .found
+            .by_material
+            .lit_surfaces(scene, &self.found.surfaces)
+            .len();
         self.occlude_ambient(scene, tracer, settings, (depth, lit));
         let sources = lights.iter().map(Source::Light);
         let parts = [Part::Rest, Part::Suns]
@@ -53,7 +57,7 @@ impl Shader {
                 (source, power),
                 (draws, settings.shadows),
                 (scene, &mut *tracer),
-                &self.surfaces[..lit],
+                &self.found.surfaces[..lit],
                 &mut self.arriving,
                 &mut self.shadow,
             );
@@ -79,7 +83,7 @@ impl Shader {
             (scene.ambient(), reach),
             draws(&self.first_points, scene, settings, (depth, 0)),
             tracer,
-            &self.surfaces[..lit],
+            &self.found.surfaces[..lit],
             &mut self.ambient,
             &mut self.shadow,
         );
@@ -89,7 +93,7 @@ impl Shader {
 
     /// Adds the light that arrives to the sums of all lit surfaces.
     fn sum_up(&mut self, scene: &Scene, level: Level, lit: usize, power: [f32; 3], is_first: bool) {
-        for (material, range) in self.by_material.ranges().take_while(|(_, r)| r.end <= lit) {
+        for (material, range) in self.found.by_material.ranges().take_while(|(_, r)| r.end <= lit) {
             let incident = IncidentLight {
                 power,
                 powers: self.arriving.power.get(range.clone()).unwrap_or_default(),
@@ -97,7 +101,7 @@ impl Shader {
                 to_light: &self.arriving.to_light[range.clone()],
             };
             let material = &scene.materials()[material.0 as usize];
-            let surfaces = &self.surfaces[range.clone()];
+            let surfaces = &self.found.surfaces[range.clone()];
             let light = &mut self.light[range];
             at_level!(level, |simd| material::add_light(
                 simd, material, incident, surfaces, light, is_first

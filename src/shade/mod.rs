@@ -16,6 +16,7 @@
 mod blend;
 mod draw;
 mod environment;
+mod found;
 mod gather;
 mod glass;
 mod light;
@@ -25,7 +26,7 @@ pub mod shadow;
 mod soft;
 pub mod surface;
 mod texture;
-pub mod through;
+mod through;
 mod tint;
 
 use crate::{
@@ -37,11 +38,10 @@ use crate::{
     trace::Tracer,
 };
 pub(crate) use draw::disc;
+use found::Found;
 use material::{Light8, Points};
-use queue::{HitQueue, RayQueue};
-use std::time::{Duration, Instant};
-use surface::SurfacePacket;
-use tint::Tint8;
+use queue::RayQueue;
+use std::time::Duration;
 
 /// Offset of secondary rays off the surface, as a share of the primitive's largest absolute coordinate: 32 half-ulps,
 /// three times the rounding error of a point on it. After Wächter and Binder, *Ray Tracing Gems* ch. 6, 2019, who scale
@@ -72,14 +72,7 @@ pub struct ShadeSettings {
 /// The scratch memory of shading a tile, reused from tile to tile.
 #[derive(Debug, Default)]
 pub struct Shader {
-    hits: Vec<HitPacket>,
-    /// The instances of the hits; empty if the scene has none.
-    instances: Vec<[u32; LANES]>,
-    by_material: HitQueue,
-    surfaces: Vec<SurfacePacket>,
-    /// As many as `surfaces`, or none.
-    tints: Vec<Tint8>,
-    textured: texture::Textured,
+    found: Found,
     light: Vec<Light8>,
     /// The ambient light at each surface; empty if nothing blocks it.
     ambient: Vec<F32x8>,
@@ -202,14 +195,7 @@ impl Shader {
         let packets = queue::max_packets(pixels, scene.materials().len());
         rays.reserve(packets);
         self.next.reserve(packets);
-        self.hits.resize(packets, HitPacket::miss(F32x8::ZERO));
-        self.surfaces.reserve(packets);
-        if scene.has_colors() || scene.has_textures() {
-            self.tints.reserve(packets);
-        }
-        if scene.has_textures() {
-            self.textured.reserve(packets);
-        }
+        self.found.reserve(scene, pixels, packets);
         self.light.reserve(packets);
         self.arriving.reserve(packets);
         self.shadow.reserve(packets);
@@ -218,7 +204,6 @@ impl Shader {
             self.ambient.reserve(packets);
             self.shadow.origins.reserve(packets);
         }
-        self.by_material.reserve(scene.materials().len(), pixels);
     }
 
     /// Resets the counts of rays and the time to 0.
@@ -288,57 +273,21 @@ impl Shader {
         colors: &mut TileColors,
     ) {
         let level = tracer.level();
-        let packets = rays.rays.packets().len();
-        if self.hits.len() < packets {
-            self.hits.resize(packets, HitPacket::miss(F32x8::ZERO));
-        }
-        let hits = &mut self.hits[..packets];
-        let start = Instant::now();
-        tracer.closest_hit(rays.rays.origins(), rays.rays.packets(), hits);
-        self.tracing += start.elapsed();
-        self.instances.clear();
-        self.instances.extend_from_slice(tracer.instances_hit());
+        self.tracing += self.found.trace(tracer, rays);
         if !rays.branches.is_empty() {
-            glass::absorb(scene, rays, hits);
+            glass::absorb(scene, rays, self.found.hits_of(rays));
         }
         let transparent = settings.transparent && (depth == 1 || scene.has_blending());
-        at_level!(level, |simd| {
-            if transparent {
-                coverage(simd, hits, &mut colors.alpha);
-            }
-            queue::sort(
-                simd,
-                scene,
-                rays,
-                hits,
-                transparent,
-                &mut self.by_material,
-                colors,
-            );
-            surface::gather(simd, scene, rays, hits, &self.by_material, &mut self.surfaces);
-            if !self.instances.is_empty() {
-                surface::place(
-                    simd,
-                    scene,
-                    (rays, hits),
-                    &self.instances,
-                    &self.by_material,
-                    &mut self.surfaces,
-                );
-            }
-        });
-        self.gather_tints(scene, level, rays, settings.cone);
-        if scene.has_blending() {
-            let traced = (&*rays, &self.hits[..packets]);
-            blend::weigh(
-                scene,
-                traced,
-                &self.by_material,
-                &mut self.surfaces,
-                &mut colors.alpha,
-            );
+        if transparent {
+            let hits = self.found.hits_of(rays);
+            at_level!(level, |simd| coverage(simd, hits, &mut colors.alpha));
         }
-        if !self.surfaces.is_empty() {
+        self.found
+            .gather(scene, (level, settings.cone), (rays, transparent), colors);
+        if scene.has_blending() {
+            blend::weigh(scene, rays, &mut self.found, &mut colors.alpha);
+        }
+        if !self.found.surfaces.is_empty() {
             self.add_lights(scene, tracer, settings, depth - 1);
             self.color(scene, (level, transparent), rays, colors);
         }
@@ -352,15 +301,20 @@ impl Shader {
         rays: &RayQueue,
         colors: &mut TileColors,
     ) {
-        for (id, range) in self.by_material.ranges() {
+        for (id, range) in self.found.by_material.ranges() {
             let textures = scene.textures(id).unwrap_or(&SurfaceTextures::NONE);
             let material = &scene.materials()[id.0 as usize];
             let points = Points {
-                surfaces: &self.surfaces[range.clone()],
+                surfaces: &self.found.surfaces[range.clone()],
                 light: &self.light[range.clone()],
-                tints: self.tints.get(range.clone()).unwrap_or_default(),
+                tints: self.found.tints.get(range.clone()).unwrap_or_default(),
                 ambient: self.ambient.get(range.clone()).unwrap_or_default(),
-                distance: self.textured.distance.get(range.clone()).unwrap_or_default(),
+                distance: self
+                    .found
+                    .textured
+                    .distance
+                    .get(range.clone())
+                    .unwrap_or_default(),
             };
             at_level!(level, |simd| material::color(
                 simd,
@@ -371,7 +325,7 @@ impl Shader {
                 &mut self.next
             ));
             if textures.emits() {
-                let (surfaces, light) = (points.surfaces, &self.textured.emitted[range]);
+                let (surfaces, light) = (points.surfaces, &self.found.textured.emitted[range]);
                 at_level!(level, |simd| material::emission(simd, surfaces, light, colors));
             }
             if let Material::Glass { index, .. } = *material {
@@ -451,27 +405,6 @@ impl Shader {
         }
         depths[0].swap(rays, colors, &mut self.first_points);
         self.branches = depths;
-    }
-
-    /// Fills the tints of all surfaces if the scene has vertex or sphere colours, or textures.
-    fn gather_tints(&mut self, scene: &Scene, level: Level, rays: &RayQueue, cone: RayCone) {
-        self.tints.clear();
-        let hits = &self.hits[..rays.rays.packets().len()];
-        if scene.has_colors() {
-            at_level!(level, |simd| tint::gather(
-                simd,
-                scene,
-                hits,
-                &self.by_material,
-                &mut self.tints
-            ));
-        }
-        if scene.has_textures() {
-            let sorted = (&self.by_material, &self.surfaces[..]);
-            let (tints, textured) = (&mut self.tints, &mut self.textured);
-            let traced = (rays, hits, &self.instances[..]);
-            texture::pass(scene, traced, sorted, cone, tints, textured);
-        }
     }
 }
 

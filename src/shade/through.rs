@@ -3,15 +3,13 @@
 
 use super::{
     SURFACE_OFFSET, TileColors,
-    queue::{self, HitQueue, RayQueue},
+    found::Found,
+    queue::RayQueue,
     shadow::{Arriving, Scratch},
-    surface::{self, SurfacePacket},
-    texture, tint,
-    tint::Tint8,
 };
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
-    ray::{Hit, HitPacket, RayPacket},
+    ray::{Hit, RayPacket},
     scene::{Crossing, Passage, RayCone, Scene},
     simd::{Simd, at_level},
     trace::Tracer,
@@ -27,12 +25,7 @@ pub(super) struct Through {
     /// Their rays: the parent of one is its number in `passages`, times eight, and its lane.
     rays: RayQueue,
     next: RayQueue,
-    hits: Vec<HitPacket>,
-    instances: Vec<[u32; LANES]>,
-    by_material: HitQueue,
-    surfaces: Vec<SurfacePacket>,
-    tints: Vec<Tint8>,
-    textured: texture::Textured,
+    found: Found,
     /// Nothing is shown.
     colors: TileColors,
 }
@@ -99,13 +92,9 @@ impl Through {
 
     /// Traces all rays to the next surface, and queues those that continue behind it.
     fn cross(&mut self, scene: &Scene, tracer: &mut Tracer<'_>) {
-        let (packets, level) = (self.rays.rays.packets(), tracer.level());
-        self.hits.clear();
-        self.hits.resize(packets.len(), HitPacket::miss(F32x8::ZERO));
-        tracer.closest_hit(self.rays.rays.origins(), packets, &mut self.hits);
-        self.instances.clear();
-        self.instances.extend_from_slice(tracer.instances_hit());
-        for (p, (packet, hits)) in packets.iter().zip(&mut self.hits).enumerate() {
+        self.found.trace(tracer, &self.rays);
+        let packets = self.rays.rays.packets();
+        for (p, (packet, hits)) in packets.iter().zip(&mut self.found.hits).enumerate() {
             for (lane, &t_max) in packet.t_max.as_array().iter().enumerate() {
                 let (hit, i) = (hits.hit(lane), self.rays.parent(p)[lane] as usize);
                 let passage = &mut self.passages[i / LANES][i % LANES];
@@ -120,25 +109,10 @@ impl Through {
         }
         self.colors.resize(packets.len());
         self.next.restart_camera(None);
-        self.tints.clear();
-        let traced = (&self.rays, &self.hits[..]);
-        at_level!(level, |simd| {
-            let (sorted, surfaces) = (&mut self.by_material, &mut self.surfaces);
-            queue::sort(simd, scene, traced.0, traced.1, true, sorted, &mut self.colors);
-            surface::gather(simd, scene, traced.0, traced.1, sorted, surfaces);
-            if !self.instances.is_empty() {
-                surface::place(simd, scene, traced, &self.instances, sorted, surfaces);
-            }
-            if scene.has_colors() {
-                tint::gather(simd, scene, traced.1, sorted, &mut self.tints);
-            }
-        });
-        if scene.has_textures() {
-            let sorted = (&self.by_material, &self.surfaces[..]);
-            let traced = (&self.rays, &self.hits[..], &self.instances[..]);
-            let (tints, textured) = (&mut self.tints, &mut self.textured);
-            texture::pass(scene, traced, sorted, RayCone::default(), tints, textured);
-        }
+        let (level, no_cone) = (tracer.level(), RayCone::default());
+        let queue = (&self.rays, true);
+        self.found
+            .gather(scene, (level, no_cone), queue, &mut self.colors);
         at_level!(level, |simd| self.go_on(simd, scene));
         std::mem::swap(&mut self.rays, &mut self.next);
     }
@@ -146,16 +120,16 @@ impl Through {
     /// Dims the light at each surface, and queues the rays with light left.
     #[inline(always)]
     fn go_on<S: Simd>(&mut self, simd: S, scene: &Scene) {
-        for (id, range) in self.by_material.ranges() {
+        for (id, range) in self.found.by_material.ranges() {
             let base = scene.materials()[id.0 as usize].base_color();
             for i in range {
-                let s = &self.surfaces[i];
-                let tint = self.tints.get(i).copied().unwrap_or([F32x8::splat(1.0); 3]);
+                let s = &self.found.surfaces[i];
+                let tint = self.found.tints.get(i).copied().unwrap_or([F32x8::splat(1.0); 3]);
                 let (mut origins, mut own) = (s.point, [0; LANES]);
                 let (mut direction, mut t_max) = (s.direction, F32x8::ZERO);
                 for lane in (0..LANES).filter(|lane| s.active >> lane & 1 == 1) {
                     let (p, from) = (s.pixel[lane] as usize / LANES, s.pixel[lane] as usize % LANES);
-                    let hit = self.hits[p].hit(from);
+                    let hit = self.found.hits[p].hit(from);
                     own[lane] = self.rays.parent(p)[from];
                     let crossing = Crossing {
                         direction: s.direction.lane(lane),
