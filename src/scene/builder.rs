@@ -437,7 +437,7 @@ impl SceneBuilder {
             lights,
             has_glass,
             materials,
-            has_cut_outs: has_glass || textures.iter().flatten().any(SurfaceTextures::lets_rays_pass),
+            has_cut_outs: textures.iter().flatten().any(SurfaceTextures::lets_rays_pass),
             has_blending: textures.iter().flatten().any(|all| all.opacity.is_some()),
             textures,
             images,

@@ -74,6 +74,11 @@ impl Scene {
     #[inline]
     #[must_use]
     pub fn has_cut_outs(&self) -> bool {
+        self.has_cut_outs || self.has_glass
+    }
+
+    /// Returns whether any surface may be [cut out](Self::is_cut_out).
+    pub(crate) fn has_holes(&self) -> bool {
         self.has_cut_outs
     }
 

@@ -154,7 +154,7 @@ impl<'a> Tracer<'a> {
             None => self.dispatch::<_, Shared, false>(rays, &[], &mut *hits),
             Some(origins) => self.dispatch::<_, Separate, false>(rays, origins, &mut *hits),
         }
-        if let Some(scene) = self.cut_outs {
+        if let Some(scene) = self.cut_outs.filter(|scene| scene.has_holes()) {
             self.pass_closest(scene, origins, rays, hits);
         }
         let level = self.level;
@@ -176,7 +176,10 @@ impl<'a> Tracer<'a> {
             None => self.dispatch::<_, Shared, true>(rays, &[], &mut *occluded),
             Some(origins) => self.dispatch::<_, Separate, true>(rays, origins, &mut *occluded),
         }
-        if let Some(scene) = self.cut_outs {
+        if let Some(scene) = self
+            .cut_outs
+            .filter(|scene| !self.stops_where_dimmed || scene.has_holes())
+        {
             self.pass_occluded(scene, origins, rays, occluded);
         }
         let level = self.level;
