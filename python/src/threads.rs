@@ -19,7 +19,7 @@ const POLL: Duration = Duration::from_millis(20);
 /// How often a waiting call checks whether its turn has come.
 const TURN: Duration = Duration::from_millis(1);
 
-/// Rays that one thread traces between two checks whether the call was cancelled: as many as the library traces at a time.
+/// Rays per task, the number that the library traces at a time. Cancellation is noticed between tasks.
 pub const PART: usize = 1 << 14;
 /// The same for points, and for rays of which all hits are found: some take a thousand times as long.
 pub const SMALL_PART: usize = 1 << 8;

@@ -10,7 +10,7 @@ use crate::{
     simd::Simd,
 };
 
-/// Returns the share of light that is left along a shadow ray, by channel; `None` if there is none.
+/// Returns the share of light that is left along a shadow ray, by channel; `None` if nothing is left.
 #[inline(always)]
 pub(super) fn light_through<S: Simd>(
     simd: S,

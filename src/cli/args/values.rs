@@ -92,7 +92,7 @@ pub fn side(text: &str) -> Result<Side, String> {
     };
     named.map(|&(_, side)| side).or_else(angles).ok_or_else(|| {
         let names = Side::NAMED.map(|(name, _)| name).join(", ");
-        format!("expected {names}, or AZIMUTH,ELEVATION in degrees such as 35,20; a position goes to --eye")
+        format!("expected {names}, or AZIMUTH,ELEVATION in degrees, such as 35,20, the latter at most 90; a position goes to --eye")
     })
 }
 

@@ -8,7 +8,7 @@ use crate::scene::{PlacedMesh, Transform, TriangleMesh};
 pub struct SharedMesh {
     /// Positions, normals, colours and triangles, before they are placed; else as [`LoadedMesh::columns`].
     pub columns: TriangleMesh,
-    /// An index into [`LoadedMesh::surfaces`] for each triangle; empty if there are none.
+    /// An index into [`LoadedMesh::surfaces`] for each triangle; empty if the mesh has no surfaces.
     pub surface_of: Vec<u32>,
     /// Its placements, in the file's coordinates. Each of them can place an instance.
     pub placements: Vec<Transform>,
