@@ -257,6 +257,11 @@ fn meshes_are_framed_from_their_sides() {
         "expected front, right, back, left, top, bottom, or AZIMUTH,ELEVATION",
     );
     folder.fails(
+        &["box.obj", "--from", "0,95"],
+        2,
+        "expected an elevation from -90 to 90 degrees",
+    );
+    folder.fails(
         &["box.obj", "--eye", "1,2,3", "--ortho", "fit"],
         2,
         "--ortho fit frames the mesh",

@@ -87,12 +87,12 @@ pub fn side(text: &str) -> Result<Side, String> {
         let degrees = |word: &str| word.trim().parse().ok().filter(|angle: &f64| angle.is_finite());
         Some(Side {
             azimuth: degrees(azimuth)?,
-            elevation: degrees(elevation).filter(|elevation| elevation.abs() <= 90.0)?,
+            elevation: degrees(elevation)?,
         })
     };
     named.map(|&(_, side)| side).or_else(angles).ok_or_else(|| {
         let names = Side::NAMED.map(|(name, _)| name).join(", ");
-        format!("expected {names}, or AZIMUTH,ELEVATION in degrees, such as 35,20, the latter at most 90; a position goes to --eye")
+        format!("expected {names}, or AZIMUTH,ELEVATION in degrees such as 35,20; a position goes to --eye")
     })
 }
 

@@ -37,7 +37,7 @@ impl CameraOptions {
     pub fn check(&self) -> Result<(), CliError> {
         let (eye, target) = match self.start {
             StartView::Side(Side { azimuth, elevation })
-                if !azimuth.is_finite() || elevation.abs() > 90.0 =>
+                if !azimuth.is_finite() || !(-90.0..=90.0).contains(&elevation) =>
             {
                 let why = "--from: expected an elevation from -90 to 90 degrees";
                 return Err(CliError::Usage(why.into()));
