@@ -58,8 +58,9 @@ fuzz() {
     flags="--cfg fuzzing -Zsanitizer=address -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4"
     flags+=" -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table"
     flags+=" -Cllvm-args=-sanitizer-coverage-trace-compares -Cllvm-args=-simplifycfg-branch-fold-threshold=0"
-    RUSTFLAGS=$flags cargo "${toolchain[@]}" build --release --manifest-path fuzz/Cargo.toml --target "$host" \
-        --target-dir target/fuzz
+    # Without line numbers: 15 programs with them fill 4 GB instead of 1.3. `cargo fuzz` has them for a found input.
+    CARGO_PROFILE_RELEASE_DEBUG=false RUSTFLAGS=$flags cargo "${toolchain[@]}" build --release \
+        --manifest-path fuzz/Cargo.toml --target "$host" --target-dir target/fuzz
     unset RUSTC_BOOTSTRAP
 
     fuzz_work=$(mktemp -d)
