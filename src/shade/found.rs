@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 /// The scratch memory of hits and surfaces.
 #[derive(Debug, Default)]
 pub(super) struct Found {
-    /// At least as many as the packets of the queue.
+    /// One for each packet of the queue; there may be more.
     pub hits: Vec<HitPacket>,
     /// The instances of the hits; empty if the scene has none.
     instances: Vec<[u32; LANES]>,
@@ -31,7 +31,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// Reserves memory for tiles of `pixels` pixels of `scene`, in so many packets.
+    /// Reserves memory for tiles of `pixels` pixels of `scene`, which fill up to `packets` packets.
     pub fn reserve(&mut self, scene: &Scene, pixels: usize, packets: usize) {
         self.hits.resize(packets, HitPacket::miss(F32x8::ZERO));
         self.surfaces.reserve(packets);
