@@ -13,14 +13,24 @@ use crate::{
     },
     verify::{self, Done, Implementations},
 };
-use std::{ops::ControlFlow, time::Instant};
+use std::{
+    ops::ControlFlow,
+    time::{Duration, Instant},
+};
+
+/// A large scene takes less than this on a busy machine. The counts are printed once it is done.
+const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Verifies and prints the counts.
 ///
 /// # Errors
 /// [`CliError::Differs`] with the command that repeats it, [`CliError::Interrupted`] after the counts so far.
 pub fn run(plan: &VerifyPlan) -> Result<(), CliError> {
-    run_with(plan, &verify::implementations, &Interrupt::install()?)
+    run_with(
+        plan,
+        &verify::implementations,
+        &Interrupt::install_with(PATIENCE)?,
+    )
 }
 
 fn run_with(

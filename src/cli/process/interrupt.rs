@@ -2,15 +2,21 @@
 
 use crate::cli::CliError;
 use signal_hook::{consts, flag};
-use std::sync::{
-    Arc,
-    atomic::{AtomicBool, Ordering},
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::Duration,
 };
 
 #[cfg(unix)]
 const SIGNALS: &[i32] = &[consts::SIGINT, consts::SIGTERM, consts::SIGHUP];
 #[cfg(not(unix))]
 const SIGNALS: &[i32] = &[consts::SIGINT, consts::SIGTERM];
+
+/// How long work in small pieces may go on after a signal.
+const MOMENT: Duration = Duration::from_millis(120);
 
 /// Whether a signal has asked the program to stop.
 #[derive(Debug, Default)]
@@ -20,13 +26,21 @@ pub struct Interrupt {
 
 impl Interrupt {
     /// Handles signals. A signal first sets this flag, so that work in small pieces can end with partial results; if it has not
-    /// ended after a moment, the process exits. The exit code is that of [`CliError::Interrupted`].
+    /// ended after a moment, or at a second signal, the process exits. The exit code is that of [`CliError::Interrupted`].
     ///
     /// # Errors
     /// [`CliError::Failed`] if the system does not allow it.
     pub fn install() -> Result<Self, CliError> {
+        Self::install_with(MOMENT)
+    }
+
+    /// [`install`](Self::install) for work whose pieces take up to `patience`.
+    ///
+    /// # Errors
+    /// [`CliError::Failed`] if the system does not allow it.
+    pub fn install_with(patience: Duration) -> Result<Self, CliError> {
         let this = Self::default();
-        watch(&this.requested, true, |_| CliError::Interrupted.exit_code())?;
+        watch(&this.requested, patience, |_| CliError::Interrupted.exit_code())?;
         // With a handler, exceeding the file size limit fails the write instead of killing the process, and the
         // temporary file is removed.
         #[cfg(unix)]
@@ -56,7 +70,7 @@ impl Interrupt {
 /// [`CliError::Failed`] if the system does not allow it.
 #[cfg(feature = "viewer")]
 pub fn close_window_on_signals() -> Result<(), CliError> {
-    watch(&Arc::default(), false, |signal| match signal {
+    watch(&Arc::default(), Duration::ZERO, |signal| match signal {
         consts::SIGINT => CliError::Interrupted.exit_code(),
         _ => 0,
     })
@@ -67,17 +81,17 @@ fn refused(error: std::io::Error) -> CliError {
     CliError::Failed(format!("cannot watch for signals: {error}"))
 }
 
-/// Sets `requested` when a signal comes, and ends the process: at once, or after a moment if it is `patient`.
+/// Sets `requested` when a signal comes, and ends the process after `patience` or at a second signal.
 #[cfg(unix)]
 fn watch(
     requested: &Arc<AtomicBool>,
-    patient: bool,
+    patience: Duration,
     exit_code: impl Fn(i32) -> u8 + Send + 'static,
 ) -> Result<(), CliError> {
     use signal_hook::{iterator::Signals, low_level};
-    use std::{thread, time::Duration};
+    use std::{thread, time::Instant};
 
-    const PATIENCE: Duration = Duration::from_millis(120);
+    const POLL: Duration = Duration::from_millis(20);
     /// The thread only sleeps and removes files.
     const STACK_BYTES: usize = 1 << 17;
 
@@ -86,8 +100,9 @@ fn watch(
     let wait = move || {
         if let Some(signal) = signals.forever().next() {
             requested.store(true, Ordering::Relaxed);
-            if patient {
-                thread::sleep(PATIENCE);
+            let start = Instant::now();
+            while start.elapsed() < patience && signals.pending().next().is_none() {
+                thread::sleep(POLL);
             }
             crate::whole_file::abandon();
             low_level::exit(exit_code(signal).into());
@@ -101,8 +116,12 @@ fn watch(
 
 /// On other systems the first signal sets the flag, and the second one ends the process.
 #[cfg(not(unix))]
-fn watch(requested: &Arc<AtomicBool>, patient: bool, exit_code: impl Fn(i32) -> u8) -> Result<(), CliError> {
-    requested.store(!patient, Ordering::Relaxed);
+fn watch(
+    requested: &Arc<AtomicBool>,
+    patience: Duration,
+    exit_code: impl Fn(i32) -> u8,
+) -> Result<(), CliError> {
+    requested.store(patience.is_zero(), Ordering::Relaxed);
     for &signal in SIGNALS {
         // The handlers run in this order.
         flag::register_conditional_shutdown(signal, exit_code(signal).into(), Arc::clone(requested))
