@@ -14,7 +14,7 @@ use crate::{
     ray::Hit,
     scene::{Scene, Shape},
     simd::{Level, at_level},
-    trace::visit,
+    trace::{visit, visit_with},
 };
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -263,19 +263,23 @@ impl Geometry {
     /// Finds the closest hit of a ray; of equally near ones, the one with the lowest id.
     #[must_use]
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        let ray = UnitRay::new(ray, self.middle());
-        let mut closest = Closest::new(&ray);
-        visit(self.level, &self.bvh, &ray.ray, &mut closest);
-        closest.hit()
+        at_level!(self.level, |simd| {
+            let ray = UnitRay::new(ray, self.middle());
+            let mut closest = Closest::new(&ray);
+            visit_with(simd, &self.bvh, &ray.ray, &mut closest);
+            closest.hit()
+        })
     }
 
     /// Finds whether a ray hits anything.
     #[must_use]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        let ray = UnitRay::new(ray, self.middle());
-        let mut any = Any::new(&ray);
-        visit(self.level, &self.bvh, &ray.ray, &mut any);
-        any.is_hit
+        at_level!(self.level, |simd| {
+            let ray = UnitRay::new(ray, self.middle());
+            let mut any = Any::new(&ray);
+            visit_with(simd, &self.bvh, &ray.ray, &mut any);
+            any.is_hit
+        })
     }
 
     /// Finds all hits of a ray, or the nearest `limit` ones, in order of t, then id. At an edge or vertex all triangles that the

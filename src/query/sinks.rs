@@ -81,6 +81,8 @@ impl Any {
 }
 
 impl HitSink for Any {
+    const ANY: bool = true;
+
     #[inline(always)]
     fn end(&self) -> f32 {
         // Entries are never negative.

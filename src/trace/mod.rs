@@ -52,7 +52,7 @@ use policy::CoherencePolicy;
 pub use policy::Method;
 use scratch::Scratch;
 use sink::ResultSink;
-pub(crate) use visit::{Found, HitSink, visit};
+pub(crate) use visit::{Found, HitSink, visit, visit_with};
 
 /// Maximum packets of a bundle: the lanes of the widest register.
 // Tuned: see docs/lab-notes.md#bundle-packets

@@ -44,6 +44,8 @@ impl Found {
 pub(crate) trait HitSink {
     /// Whether the sink decides in cases where an edge is nearer to the ray than `f32` resolves.
     const WANTS_UNSURE: bool = false;
+    /// Whether one hit ends the visit, so that it does not matter which is found.
+    const ANY: bool = false;
     /// The ray's end: hits beyond it are ignored.
     fn end(&self) -> f32;
     /// Whether nearer leaves are visited first, since a hit shortens the ray.
@@ -71,6 +73,12 @@ thread_local! {
 /// Passes all hits of a ray before the sink's end to the sink, in no particular order. An [invalid](Ray::is_valid) ray has
 /// none.
 pub(crate) fn visit<K: HitSink>(level: Level, bvh: &Bvh, ray: &Ray, sink: &mut K) {
+    at_level!(level, |simd| visit_with(simd, bvh, ray, sink));
+}
+
+/// [`visit`] for callers that are at a level already.
+#[inline(always)]
+pub(crate) fn visit_with<S: Simd, K: HitSink>(simd: S, bvh: &Bvh, ray: &Ray, sink: &mut K) {
     if !ray.is_valid() {
         return;
     }
@@ -80,11 +88,11 @@ pub(crate) fn visit<K: HitSink>(level: Level, bvh: &Bvh, ray: &Ray, sink: &mut K
     match bvh.triangle_blocks() {
         TriangleBlocks::Whole(triangles) => {
             let blocks = LeafBlocks { triangles, spheres };
-            at_level!(level, |simd| visit_at(simd, bvh, blocks, ray, sink, &mut stack));
+            visit_at(simd, bvh, blocks, ray, sink, &mut stack);
         }
         TriangleBlocks::Indexed(triangles) => {
             let blocks = LeafBlocks { triangles, spheres };
-            at_level!(level, |simd| visit_at(simd, bvh, blocks, ray, sink, &mut stack));
+            visit_at(simd, bvh, blocks, ray, sink, &mut stack);
         }
     }
     STACK.set(stack);
@@ -108,8 +116,9 @@ fn visit_at<S: Simd, B: TriangleLeaf, K: HitSink>(
     loop {
         if child.is_inner() {
             let node = &bvh.nodes()[child.index()];
-            if let Some(nearest) = enter_nearest(simd, &single, (node, &places), sink.end(), stack) {
-                child = nearest;
+            let next = enter_nearest::<_, _, K>(simd, &single, (node, &places), sink.end(), stack);
+            if let Some(next) = next {
+                child = next;
                 continue;
             }
         } else {
@@ -183,9 +192,10 @@ fn leaf<S: Simd, B: TriangleLeaf, K: HitSink>(
 }
 
 /// Returns the nearest child that the ray enters; the others go on the stack, the nearest last. Usually there are one or
-/// two, so sorting all eight would be wasteful.
+/// two, so sorting all eight would be wasteful. If any hit will do, they come in no order.
+// Tuned: see docs/lab-notes.md#one-ray-a-call
 #[inline(always)]
-fn enter_nearest<S: Simd, B: TriangleLeaf>(
+fn enter_nearest<S: Simd, B: TriangleLeaf, K: HitSink>(
     simd: S,
     ray: &SingleRay,
     (node, places): (&Node8, &Places<B>),
@@ -197,6 +207,14 @@ fn enter_nearest<S: Simd, B: TriangleLeaf>(
     let others = entered & entered.wrapping_sub(1);
     if others == 0 {
         return (entered != 0).then(|| node.child[first]);
+    }
+    if K::ANY {
+        for lane in bits(others) {
+            let child = node.child[lane % LANES];
+            places.prefetch(child);
+            stack.push((0.0, child));
+        }
+        return Some(node.child[first]);
     }
     if others & others.wrapping_sub(1) == 0 {
         let second = others.trailing_zeros() as usize % LANES;
