@@ -46,9 +46,9 @@ const FEW: u32 = 8;
 pub(super) struct SingleRay {
     packet: u32,
     lane: u32,
-    origin: Vec3,
+    pub(super) origin: Vec3,
     direction: Vec3,
-    inv: Vec3,
+    pub(super) inv: Vec3,
     /// Added to a lower and an upper plane times `inv`: `-origin * inv`, moved outwards by its error.
     lower_offset: Vec3,
     upper_offset: Vec3,

@@ -4,6 +4,7 @@
 use super::{
     bits::bits,
     single::{SingleRay, sphere_block, triangle_block},
+    slabs::{MOST_OFFSET, NODE_PAD, OFFSET_ERROR},
 };
 use crate::{
     accel::{Bvh, Child, LeafBlocks, Node8, Places, TriangleBlocks},
@@ -11,7 +12,7 @@ use crate::{
     lanes::LANES,
     math::max,
     ray::{Hit, PrimitiveId, Ray},
-    simd::{EightLanes, Level, Simd, at_level, unpack},
+    simd::{EightLanes, LaneMask, Lanes, Level, Simd, at_level, unpack},
 };
 use glam::Vec3;
 use std::cell::Cell;
@@ -37,6 +38,57 @@ impl Found {
             v: v / sum,
             primitive: self.primitive,
         }
+    }
+}
+
+/// A ray against the boxes of nodes. Planes are taken by the signs of its direction, and [`NODE_PAD`] is part of the factors:
+/// twice it, and twice [`OFFSET_ERROR`], since factors and offsets are rounded once more.
+// Tuned: see docs/lab-notes.md#one-ray-a-call
+struct NodeRay {
+    /// Of [`Node8::planes`], for each axis: where the ray enters, and where it leaves.
+    first: [usize; 3],
+    last: [usize; 3],
+    /// Multiplied with the entry and the exit planes.
+    first_inv: Vec3,
+    last_inv: Vec3,
+    /// Added to that.
+    first_offset: Vec3,
+    last_offset: Vec3,
+}
+
+impl NodeRay {
+    #[inline(always)]
+    fn new(ray: &SingleRay) -> Self {
+        let (inv, offset) = (ray.inv, ray.origin * ray.inv);
+        let is_tame = offset.abs().cmplt(Vec3::splat(MOST_OFFSET));
+        let error = Vec3::select(is_tame, offset.abs() * (2.0 * OFFSET_ERROR), Vec3::INFINITY);
+        let offset = Vec3::select(is_tame, offset, Vec3::ZERO);
+        let side = |inv: f32| (inv.to_bits() >> 31) as usize;
+        let first = [3 * side(inv.x), 3 * side(inv.y) + 1, 3 * side(inv.z) + 2];
+        Self {
+            first,
+            last: [3 - first[0], 5 - first[1], 7 - first[2]],
+            first_inv: inv * (1.0 - 2.0 * NODE_PAD),
+            last_inv: inv * (1.0 + 2.0 * NODE_PAD),
+            first_offset: (-offset - error) * (1.0 - 2.0 * NODE_PAD),
+            last_offset: (-offset + error) * (1.0 + 2.0 * NODE_PAD),
+        }
+    }
+
+    /// As [`SingleRay::enter`].
+    #[inline(always)]
+    fn enter<S: Simd>(&self, simd: S, node: &Node8, t_max: f32) -> (u32, S::V8) {
+        let at = |planes: &[usize; 3], axis: usize, inv: &Vec3, offset: &Vec3| {
+            let plane = simd.load(&node.planes[planes[axis] % 6]);
+            plane.mul_add_about(simd.splat(inv[axis]), simd.splat(offset[axis]))
+        };
+        let near = |axis| at(&self.first, axis, &self.first_inv, &self.first_offset);
+        let far = |axis| at(&self.last, axis, &self.last_inv, &self.last_offset);
+        let near = near(0).max(near(1)).max(near(2).max(simd.splat(0.0)));
+        let far = far(0).min(far(1)).min(far(2).min(simd.splat(t_max)));
+        let entered = near.le(far).bits() & node.valid_bits();
+        let (at, missed) = (near.min(simd.splat(f32::MAX)), simd.splat(f32::INFINITY));
+        (entered, S::V8::select(simd.mask(entered), at, missed))
     }
 }
 
@@ -108,15 +160,16 @@ fn visit_at<S: Simd, B: TriangleLeaf, K: HitSink>(
     stack: &mut Stack,
 ) {
     let single = SingleRay::of(ray);
+    let boxes = NodeRay::new(&single);
     let places = bvh.places(blocks);
     let mut child = bvh.root();
     if !sink.in_order() {
-        return visit_all(simd, bvh, (blocks, &places), &single, sink, stack);
+        return visit_all(simd, bvh, (blocks, &places), (&single, &boxes), sink, stack);
     }
     loop {
         if child.is_inner() {
             let node = &bvh.nodes()[child.index()];
-            let next = enter_nearest::<_, _, K>(simd, &single, (node, &places), sink.end(), stack);
+            let next = enter_nearest::<_, _, K>(simd, &boxes, (node, &places), sink.end(), stack);
             if let Some(next) = next {
                 child = next;
                 continue;
@@ -141,7 +194,7 @@ fn visit_all<S: Simd, B: TriangleLeaf, K: HitSink>(
     simd: S,
     bvh: &Bvh,
     (blocks, places): (LeafBlocks<'_, B>, &Places<B>),
-    ray: &SingleRay,
+    (ray, boxes): (&SingleRay, &NodeRay),
     sink: &mut K,
     stack: &mut Stack,
 ) {
@@ -161,7 +214,7 @@ fn visit_all<S: Simd, B: TriangleLeaf, K: HitSink>(
             continue;
         }
         let node = &bvh.nodes()[child.index()];
-        let (entered, _) = ray.enter(simd, node, sink.end());
+        let (entered, _) = boxes.enter(simd, node, sink.end());
         for lane in bits(entered) {
             let child = node.child[lane % LANES];
             places.prefetch(child);
@@ -197,7 +250,7 @@ fn leaf<S: Simd, B: TriangleLeaf, K: HitSink>(
 #[inline(always)]
 fn enter_nearest<S: Simd, B: TriangleLeaf, K: HitSink>(
     simd: S,
-    ray: &SingleRay,
+    ray: &NodeRay,
     (node, places): (&Node8, &Places<B>),
     end: f32,
     stack: &mut Stack,
