@@ -25,6 +25,7 @@ class Mesh:
     def occluded(
         self, origins: _Vectors, directions: _Vectors, t_min: _Ends, t_max: _Ends
     ) -> NDArray[np.bool_]: ...
+    def any(self, origins: _Vectors, directions: _Vectors) -> NDArray[np.bool_]: ...
     def all_hits(
         self,
         origins: _Vectors,
@@ -33,6 +34,7 @@ class Mesh:
         t_max: _Ends,
         max_hits: int | None,
         crossings: bool,
+        starts: bool,
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]: ...
     def surface(
         self,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -67,16 +67,16 @@ def render(
     ValueError
         If an argument is invalid, or the file is faulty: then with line and column.
     """
-    aov = (aov,) if isinstance(aov, str) else aov
-    aov = tuple(aov) if isinstance(aov, Iterable) else (aov,)
-    if any(name not in _AOVS for name in aov):
+    names = (aov,) if isinstance(aov, str) else _items(aov)
+    if names is None or not all(isinstance(name, str) and name in _AOVS for name in names):
         raise ValueError(f"aov: expected names among {', '.join(_AOVS)}, found {aov!r}")
-    if not isinstance(size, Iterable) or len(sides := tuple(size)) != 2:
+    sides = _items(size)
+    if sides is None or len(sides) != 2:
         raise ValueError(f"size: expected a width and a height, found {size!r}")
     width, height = (_arrays.count("size", side, least=1) for side in sides)
     if max(width, height) > _LARGEST:
         raise ValueError(f"size: expected at most {_LARGEST} pixels a side, found {width} and {height}")
-    if samples == "usual":
+    if isinstance(samples, str) and samples == "usual":
         samples = None
     elif not isinstance(samples, str):
         samples = _arrays.count("samples", samples, least=1)
@@ -92,10 +92,18 @@ def render(
         source = os.fsdecode(source)
     else:
         raise ValueError(f"source: expected a path or a Mesh, found {source!r}")
-    arrays, notes = _octray.render(source, (width, height), start, target, up, lens, style, samples, bool(aov))
+    arrays, notes = _octray.render(source, (width, height), start, target, up, lens, style, samples, bool(names))
     for note in notes:
         warnings.warn(note, stacklevel=2)
-    return {name: arrays[name] for name in ("color", *aov)}
+    return {name: arrays[name] for name in ("color", *names)}
+
+
+def _items(value):
+    """Return the items of a sequence, or None if it is none."""
+    try:
+        return tuple(value)
+    except TypeError:
+        return None
 
 
 def _camera(camera):

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import _arrays
 from ._mesh import Mesh
 
 
@@ -18,12 +19,13 @@ class RayMeshIntersector:
     """The methods of ``trimesh.ray.ray_pyembree.RayMeshIntersector``, with the same shapes and types.
 
     Where a ray passes through an edge or a vertex, one triangle is reported, as by trimesh's engines, or with
-    ``every_triangle`` all that it touches. Hits are sorted by ray, the nearest first. ``scale_to_box`` has no effect:
-    coordinates are never scaled.
+    ``every_triangle`` all that it touches. Hits are sorted by ray, the nearest first. A ray that starts exactly on a triangle
+    hits it. ``scale_to_box`` has no effect: coordinates are never scaled.
     """
 
     def __init__(self, geometry: Any, scale_to_box: bool = True, every_triangle: bool = False):
-        if isinstance(geometry, Mesh) or not (hasattr(geometry, "vertices") and hasattr(geometry, "faces")):
+        # Its class, because trimesh's primitives make their engine before they have vertices.
+        if isinstance(geometry, Mesh) or not all(hasattr(type(geometry), name) for name in ("vertices", "faces")):
             raise ValueError(f"geometry: expected a mesh of trimesh, found {geometry!r}")
         self.mesh = geometry
         self.every_triangle = every_triangle
@@ -60,8 +62,9 @@ class RayMeshIntersector:
         ``locations`` (m, 3)."""
         origins, directions = _checked(ray_origins, ray_directions)
         scene = self._scene
-        limit = max_hits if multiple_hits else min(max_hits, 1)
-        hits = scene.all_hits(origins, directions, max_hits=limit)
+        limit = _arrays.count("max_hits", max_hits, least=0)
+        limit = limit if multiple_hits else min(limit, 1)
+        hits = scene._mesh.all_hits(origins, directions, 0.0, np.inf, limit, False, True)
         if multiple_hits and not self.every_triangle:
             hits = _once_a_place(scene, origins, directions, hits)
         index_ray, index_tri, t = hits
@@ -76,11 +79,11 @@ class RayMeshIntersector:
 
     def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.bool_]:
         """Return whether each ray hits anything: (n,)."""
-        return self._scene.occluded(*_checked(ray_origins, ray_directions))
+        return self._scene._mesh.any(*_checked(ray_origins, ray_directions))
 
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Return whether each point is inside: (n,). For a mesh that is not closed, uses trimesh's algorithm."""
-        points = np.asarray(points, dtype=np.float64)
+        points = _doubles("points", points)
         if points.ndim != 2 or points.shape[1] != 3:
             raise ValueError(f"points: expected shape (n, 3), found {points.shape}")
         if self.mesh.is_watertight:
@@ -130,9 +133,15 @@ def _once_a_place(scene, origins, directions, hits):
     return ray[stays], triangle[stays], t[stays]
 
 
+def _doubles(name, value):
+    try:
+        return np.ascontiguousarray(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ValueError(f"{name}: expected an array of numbers of shape (n, 3), found {value!r:.40}") from error
+
+
 def _checked(ray_origins, ray_directions):
-    origins = np.ascontiguousarray(ray_origins, dtype=np.float64)
-    directions = np.ascontiguousarray(ray_directions, dtype=np.float64)
+    origins, directions = _doubles("ray_origins", ray_origins), _doubles("ray_directions", ray_directions)
     if origins.shape != directions.shape:
         raise ValueError("Ray origin and direction don't match!")
     if origins.ndim != 2 or origins.shape[1] != 3:

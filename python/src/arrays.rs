@@ -58,6 +58,14 @@ pub fn part<'a>(points: Points<'a>, range: &std::ops::Range<usize>) -> Points<'a
     }
 }
 
+/// A range of directions or points, of which there is one per answer.
+pub fn part_of_all<'a>(points: Points<'a>, range: &std::ops::Range<usize>) -> Points<'a> {
+    match points {
+        Points::F32(points) => Points::F32(&points[range.clone()]),
+        Points::F64(points) => Points::F64(&points[range.clone()]),
+    }
+}
+
 /// A range of ends.
 pub fn part_of_ends<'a>(ends: Ends<'a>, range: &std::ops::Range<usize>) -> Ends<'a> {
     match ends {

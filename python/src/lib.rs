@@ -4,6 +4,7 @@
 mod arrays;
 mod mesh;
 mod picture;
+mod rays;
 mod threads;
 mod whole;
 

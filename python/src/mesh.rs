@@ -1,14 +1,15 @@
 //! `octray._octray.Mesh`: a geometry and its threads.
 
 use crate::{
-    arrays::{RayEnds, Vectors, part, part_of_ends, rows},
-    threads::{PART, SMALL_PART, Threads, Turns, in_parts, interruptible},
+    arrays::{RayEnds, Vectors, part_of_all, rows},
+    rays::{AskedRays, asked},
+    threads::{PART, Pace, SMALL_PART, Threads, Turns, in_parts, interruptible},
 };
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use octray::{
     Geometry, Hit, QueryError,
     glam::DVec3,
-    query::{ClosestPoint, Ends, Points, Rays},
+    query::{ClosestPoint, Points, Rays},
     ray::PrimitiveId,
 };
 use pyo3::{
@@ -16,16 +17,13 @@ use pyo3::{
     prelude::*,
 };
 use rayon::prelude::*;
-use std::{
-    ops::Range,
-    sync::{
-        Arc, PoisonError, RwLock,
-        atomic::{AtomicBool, Ordering},
-    },
+use std::sync::{
+    Arc, PoisonError, RwLock,
+    atomic::{AtomicBool, Ordering},
 };
 
-/// Calls with fewer rays or points end before anybody could press Ctrl-C.
-const FEW: usize = 1 << 14;
+/// Calls with at most so many rays or points are not worth a thread that watches for Ctrl-C.
+const FEW: usize = 1 << 8;
 
 /// The error for Python.
 pub fn raised(error: QueryError) -> PyErr {
@@ -42,33 +40,6 @@ pub struct Mesh {
     geometry: RwLock<Arc<Geometry>>,
     refits: Turns,
     threads: Arc<Threads>,
-}
-
-/// Rays and their ends.
-struct AskedRays<'a> {
-    origins: Points<'a>,
-    directions: Points<'a>,
-    t_min: Ends<'a>,
-    t_max: Ends<'a>,
-}
-
-impl AskedRays<'_> {
-    fn len(&self) -> usize {
-        self.directions.len()
-    }
-
-    fn part(&self, range: &Range<usize>) -> Result<Rays<'_>, QueryError> {
-        Rays::from_arrays(part(self.origins, range), part_of_all(self.directions, range))?
-            .within(part_of_ends(self.t_min, range), part_of_ends(self.t_max, range))
-    }
-}
-
-/// A range of directions or points, of which there is one per answer.
-fn part_of_all<'a>(points: Points<'a>, range: &Range<usize>) -> Points<'a> {
-    match points {
-        Points::F32(points) => Points::F32(&points[range.clone()]),
-        Points::F64(points) => Points::F64(&points[range.clone()]),
-    }
 }
 
 impl Mesh {
@@ -117,10 +88,13 @@ impl Mesh {
         ask: impl Fn(&Geometry, Rays<'_>, &mut [T]) + Sync + Send,
     ) -> PyResult<Vec<T>> {
         let found = self.run(py, rays.len(), |geometry, cancelled| {
-            let mut answers = vec![nothing; rays.len()];
+            let (mut answers, pace) = (vec![nothing; rays.len()], Pace::default());
             in_parts(&mut answers, PART, cancelled, |range, answers| {
-                ask(geometry, rays.part(&range)?, answers);
-                Ok(())
+                pace.steps(answers, cancelled, |step, answers| {
+                    let range = range.start + step.start..range.start + step.end;
+                    ask(geometry, rays.part(&range)?, answers);
+                    Ok(())
+                })
             })
             .map(|()| answers)
         })?;
@@ -148,27 +122,6 @@ impl Mesh {
         })?;
         found.map_err(raised)
     }
-}
-
-/// The rays of a call.
-fn asked<'a>(
-    origins: &'a Vectors<'_>,
-    directions: &'a Vectors<'_>,
-    t_min: &'a RayEnds<'_>,
-    t_max: &'a RayEnds<'_>,
-) -> PyResult<AskedRays<'a>> {
-    let rays = AskedRays {
-        origins: origins.rows()?,
-        directions: directions.rows()?,
-        t_min: t_min.ends()?,
-        t_max: t_max.ends()?,
-    };
-    // All lengths fit, or the error says which does not.
-    let (origins, directions) = (rays.origins, rays.directions);
-    Rays::from_arrays(origins, directions)
-        .and_then(|all| all.within(rays.t_min, rays.t_max))
-        .map_err(raised)?;
-    Ok(rays)
 }
 
 fn id_of(primitive: PrimitiveId) -> i64 {
@@ -251,7 +204,7 @@ impl Mesh {
             geometry.closest_hits(rays, to)
         })?;
         // On the mesh's threads as well: rayon's own would be missing in a forked process.
-        let ((t, triangle), (uv, hit)) = self.run(py, hits.len(), |_, _| {
+        let ((t, triangle), (uv, hit)) = self.run(py, 0, |_, _| {
             let parts = hits.par_iter();
             let distances: (Vec<f32>, Vec<i64>) =
                 parts.clone().map(|hit| (hit.t, id_of(hit.primitive))).unzip();
@@ -266,7 +219,7 @@ impl Mesh {
         ))
     }
 
-    /// Only the triangles, -1 for a miss, in 32 bits as in trimesh.
+    /// Only the triangles, -1 for a miss, in 32 bits as in trimesh; those on which rays start, too.
     fn first<'py>(
         &self,
         py: Python<'py>,
@@ -277,9 +230,14 @@ impl Mesh {
         let rays = asked(&origins, &directions, &t_min, &t_max)?;
         let found = self.of_rays(py, &rays, -1, |geometry, rays, to| {
             let mut hits = vec![Hit::miss(f32::INFINITY); rays.len()];
-            geometry.closest_hits(rays, &mut hits);
+            let trace = || geometry.worker().closest_hits(rays, &mut hits);
+            let ((), starts) = geometry.with_starts(rays, trace);
             for (to, hit) in to.iter_mut().zip(hits) {
                 *to = id_of(hit.primitive) as i32;
+            }
+            // In reverse order, so that the lowest of a ray's triangles stays.
+            for (ray, triangle) in starts.into_iter().rev() {
+                to[ray] = id_of(triangle) as i32;
             }
         })?;
         Ok(found.into_pyarray(py))
@@ -300,8 +258,31 @@ impl Mesh {
         Ok(found.into_pyarray(py))
     }
 
+    /// Whether rays hit anything, those that start on a triangle, too.
+    fn any<'py>(
+        &self,
+        py: Python<'py>,
+        origins: Vectors<'_>,
+        directions: Vectors<'_>,
+    ) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let (t_min, t_max) = (RayEnds::All(0.0), RayEnds::All(f32::INFINITY));
+        let rays = asked(&origins, &directions, &t_min, &t_max)?;
+        let found = self.of_rays(py, &rays, false, |geometry, rays, to| {
+            let trace = || geometry.worker().occluded_each(rays, to);
+            let ((), starts) = geometry.with_starts(rays, trace);
+            for (ray, _) in starts {
+                to[ray] = true;
+            }
+        })?;
+        Ok(found.into_pyarray(py))
+    }
+
+    /// With `starts` also the triangles on which rays start, at t = 0, which must not be before `t_min` then.
     #[expect(clippy::type_complexity, reason = "a tuple of arrays")]
-    #[expect(clippy::too_many_arguments, reason = "those of the Python method")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "those of the Python method, and one more"
+    )]
     fn all_hits<'py>(
         &self,
         py: Python<'py>,
@@ -311,6 +292,7 @@ impl Mesh {
         t_max: RayEnds<'_>,
         max_hits: Option<usize>,
         crossings: bool,
+        starts: bool,
     ) -> PyResult<(
         Bound<'py, PyArray1<i64>>,
         Bound<'py, PyArray1<i64>>,
@@ -324,16 +306,25 @@ impl Mesh {
             in_parts(&mut parts, 1, cancelled, |part, to| {
                 let range = part.start * SMALL_PART..count.min(part.end * SMALL_PART);
                 let rays = rays.part(&range)?;
-                let all = if crossings {
-                    geometry.crossings_each(rays)
-                } else {
-                    geometry.all_hits_each(rays, max_hits)
+                // So few rays are one task of the library, on this thread.
+                let trace = || match crossings {
+                    true => geometry.crossings_each(rays),
+                    false => geometry.all_hits_each(rays, max_hits),
                 };
+                let (all, at_start) = if starts {
+                    geometry.with_starts(rays, trace)
+                } else {
+                    (trace(), Vec::new())
+                };
+                let mut at_start = at_start.into_iter().peekable();
                 for (i, ray) in range.enumerate() {
-                    for hit in all.of_ray(i).iter().take(limit) {
+                    let own = std::iter::from_fn(|| at_start.next_if(|&(ray, _)| ray == i));
+                    let own: Vec<(PrimitiveId, f32)> = own.map(|(_, triangle)| (triangle, 0.0)).collect();
+                    let rest = all.of_ray(i).iter().map(|hit| (hit.primitive, hit.t));
+                    for (triangle, t) in own.into_iter().chain(rest).take(limit) {
                         to[0].0.push(ray as i64);
-                        to[0].1.push(id_of(hit.primitive));
-                        to[0].2.push(hit.t);
+                        to[0].1.push(id_of(triangle));
+                        to[0].2.push(t);
                     }
                 }
                 Ok(())

@@ -7,14 +7,17 @@ use std::{
     ops::Range,
     sync::{
         Arc, Mutex, PoisonError,
-        atomic::{AtomicBool, AtomicU32, Ordering},
+        atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering},
     },
     thread,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 /// How often a long call checks for Ctrl-C.
 const POLL: Duration = Duration::from_millis(20);
+
+/// How long rays may be traced between two checks.
+const STEP: Duration = Duration::from_millis(100);
 
 /// How often a waiting call checks whether its turn has come.
 const TURN: Duration = Duration::from_millis(1);
@@ -166,6 +169,38 @@ pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(&AtomicBool) -> 
     match done {
         Ok(done) => Ok(done),
         Err(panic) => std::panic::resume_unwind(panic),
+    }
+}
+
+/// How many rays of a call are traced at a time: few at first, then as many as [`STEP`] allows. In most meshes all of a
+/// part; where thousands of triangles overlap, a ray may take milliseconds.
+pub struct Pace(AtomicUsize);
+
+impl Default for Pace {
+    fn default() -> Self {
+        Self(AtomicUsize::new(SMALL_PART))
+    }
+}
+
+impl Pace {
+    /// Calls `ask` with one range after the other of a part's `answers`, until the call is cancelled.
+    pub fn steps<T>(
+        &self,
+        answers: &mut [T],
+        cancelled: &AtomicBool,
+        ask: impl Fn(Range<usize>, &mut [T]) -> Result<(), QueryError>,
+    ) -> Result<(), QueryError> {
+        let mut start = 0;
+        while start < answers.len() && !cancelled.load(Ordering::Relaxed) {
+            let end = answers.len().min(start + self.0.load(Ordering::Relaxed));
+            let before = Instant::now();
+            ask(start..end, &mut answers[start..end])?;
+            let steps = STEP.as_secs_f64() / before.elapsed().as_secs_f64().max(1e-9);
+            let next = ((end - start) as f64 * steps) as usize;
+            self.0.store(next.clamp(16, PART), Ordering::Relaxed);
+            start = end;
+        }
+        Ok(())
     }
 }
 

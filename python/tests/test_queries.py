@@ -453,3 +453,42 @@ def test_trimesh_tells_one_triangle_at_an_edge():
     flat = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [1, 3, 0], [0, 3, 0]], [[0, 1, 2], [0, 2, 3]], process=False)
     locations, _, _ = octray.trimesh.RayMeshIntersector(flat).intersects_location([[-5, 1, 0]], [[1, 0, 0]])
     assert locations.shape == (0, 3)
+
+
+def test_trimesh_makes_its_primitives_with_it(monkeypatch):
+    trimesh = pytest.importorskip("trimesh")
+    import octray.trimesh
+
+    # As trimesh does: before the mesh has vertices.
+    engine = type("ray_pyembree", (), {"RayMeshIntersector": octray.trimesh.RayMeshIntersector})
+    monkeypatch.setattr(trimesh.ray, "has_embree", True)
+    monkeypatch.setattr(trimesh.ray, "ray_pyembree", engine, raising=False)
+    for mesh in (trimesh.primitives.Sphere(), trimesh.primitives.Box(), trimesh.Trimesh()):
+        assert isinstance(mesh.ray, octray.trimesh.RayMeshIntersector)
+    assert trimesh.primitives.Box().ray.contains_points([[0, 0, 0]]).all()
+
+
+def test_trimesh_rays_that_start_on_the_surface_hit_it():
+    trimesh = pytest.importorskip("trimesh")
+    import octray.trimesh
+
+    box = trimesh.creation.box().subdivide().subdivide()
+    rays = octray.trimesh.RayMeshIntersector(box)
+    top, down = [[0.0, 0.0, 0.5]], [[0.0, 0.0, -1.0]]
+    _, _, locations = rays.intersects_id(top, down, return_locations=True)
+    assert locations.tolist() == [[0, 0, 0.5], [0, 0, -0.5]]
+    assert rays.intersects_id(top, down, max_hits=1)[0] == rays.intersects_first(top, down)
+    # Many, from triangles, edges and vertices, outwards: the surface is all that they hit.
+    weights = np.repeat([[4, 2, 2], [4, 4, 0], [8, 0, 0]], len(box.faces), axis=0) / 8
+    origins = np.einsum("ij,ijk->ik", weights, np.tile(box.triangles, (3, 1, 1)))
+    outwards = np.tile(box.face_normals, (3, 1)) + [0.01, 0.02, 0.03]
+    first = rays.intersects_first(origins, outwards)
+    assert np.array_equal(np.einsum("ij,ij->i", box.triangles[first][:, 0] - origins, box.face_normals[first]), first * 0.0)
+    assert rays.intersects_any(origins, outwards).all()
+    _, index_ray, locations = rays.intersects_id(origins, outwards, return_locations=True)
+    assert np.array_equal(np.unique(index_ray), np.arange(len(origins)))
+    # From a vertex a ray may leave through another face.
+    assert np.allclose(locations[np.unique(index_ray, return_index=True)[1]], origins)
+    for direction in ([np.nan, 0, 1], [0, 0, 0]):
+        assert rays.intersects_id(top, [direction])[0].size == 0
+    assert not rays.intersects_any(np.array(top) + [0, 0, 1e-6], -np.array(down)).any()

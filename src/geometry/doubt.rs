@@ -2,6 +2,7 @@
 
 use crate::math::orientation::{self, point};
 use glam::{DVec3, Vec3};
+use std::cell::Cell;
 
 /// Bound on the rounding error of an edge function, as a fraction of |C - A| (|C| + |A|): one half-ulp each for the
 /// two vectors, two for corners that the sum sees rounded and the difference does not, 3.5 for the cross product, 3
@@ -22,6 +23,16 @@ const PLANE_ERROR_64: f64 = 9.0 / (1_u64 << 53) as f64;
 /// More than the rounding error of a product of two corners' offsets from a ray in `f64`, as a fraction of their
 /// distances from its origin: four half-ulps an offset, three for the product, and as many to spare.
 const ASIDE_ERROR_64: f64 = 22.0 / (1_u64 << 53) as f64;
+
+thread_local! {
+    static ON_PLANES: Cell<u64> = const { Cell::new(0) };
+}
+
+/// How often a ray that this thread traced started exactly on the plane of a triangle. It grows whenever a query that was
+/// not ended by a hit before meets such a triangle.
+pub(crate) fn starts_on_planes() -> u64 {
+    ON_PLANES.get()
+}
 
 /// Decides in `f64` whether a ray meets a triangle, edges included. Also returns weights and t: those of `f32`, unless
 /// `f32` does not determine the side of the plane on which the ray starts.
@@ -66,6 +77,7 @@ pub(crate) fn meets(
     let is_known = plane.abs() > size * PLANE_ERROR_64;
     // The ray starts on the plane and meets it nowhere else, unless it lies in the plane and meets neighbouring triangles.
     if !is_known && orientation::sign([corners[0], corners[1], corners[2], origin].map(point)) == 0.0 {
+        ON_PLANES.set(ON_PLANES.get().wrapping_add(1));
         return (false, columns);
     }
     let side = if is_known {

@@ -16,7 +16,7 @@ mod triangle;
 
 pub use bounds::padded;
 pub(crate) use bounds::{ENTRY_SCALE, EXIT_SCALE, Slabs, interval};
-pub(crate) use doubt::meets;
+pub(crate) use doubt::{meets, starts_on_planes};
 pub use indexed::IndexedBlock;
 pub(crate) use plane::plane_hits;
 pub use sphere::SphereBlock;

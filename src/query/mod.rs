@@ -20,6 +20,7 @@ mod order;
 mod points;
 mod rays;
 mod sinks;
+mod starts;
 #[cfg(test)]
 mod tests;
 mod unit;

@@ -181,8 +181,9 @@ fn squared_distances<V: Lanes>(
     x * x + y * y + z * z
 }
 
+/// Squared scaled distances of a point from a node's boxes.
 #[inline(always)]
-fn box_distances<S: Simd>(simd: S, node: &Node8, point: Vec3Lanes<S::V8>, scale: f32) -> S::V8 {
+pub(super) fn box_distances<S: Simd>(simd: S, node: &Node8, point: Vec3Lanes<S::V8>, scale: f32) -> S::V8 {
     let [lx, ly, lz, ux, uy, uz] = &node.planes;
     let lower = Vec3Lanes::new(simd.load(lx), simd.load(ly), simd.load(lz));
     let upper = Vec3Lanes::new(simd.load(ux), simd.load(uy), simd.load(uz));

@@ -1,0 +1,205 @@
+//! Hits at t = 0: the triangles on which rays start. Queries leave them out, but engines that the Python package stands in for
+//! report them.
+
+use super::{Geometry, Rays, nearest::box_distances, rays::EightRays, sinks::repeats_of, unit::UnitPacket};
+use crate::{
+    accel::{Bvh, Child, TriangleBlocks},
+    geometry::{TriangleLeaf, starts_on_planes},
+    lanes::LANES,
+    math::orientation::{Row, point, sign},
+    ray::{PrimitiveId, Ray},
+    simd::{LaneMask, Lanes, Simd, at_level},
+};
+use glam::Vec3;
+
+impl Geometry {
+    /// Calls `trace`, which traces `rays` on this thread: with a worker, or up to 256. Returns its result and the triangles on
+    /// which rays start, by the ray's index, then id, without those parallel to the ray. After an occlusion query rays that
+    /// are blocked elsewhere may be missing.
+    ///
+    /// Costs next to nothing unless a ray starts on the plane of a triangle, which the canonical test notices.
+    #[doc(hidden)]
+    pub fn with_starts<T>(
+        &self,
+        rays: Rays<'_>,
+        trace: impl FnOnce() -> T,
+    ) -> (T, Vec<(usize, PrimitiveId)>) {
+        let before = starts_on_planes();
+        let traced = trace();
+        let starts = if starts_on_planes() == before {
+            Vec::new()
+        } else {
+            self.starts(rays)
+        };
+        (traced, starts)
+    }
+
+    fn starts(&self, rays: Rays<'_>) -> Vec<(usize, PrimitiveId)> {
+        let (mut found, mut stack, mut eight) = (Vec::new(), Vec::new(), EightRays::ZERO);
+        for first in (0..rays.len()).step_by(LANES) {
+            at_level!(self.level(), |simd| rays.eight(simd, first, &mut eight));
+            let units = UnitPacket::new(&eight, self.middle());
+            for lane in 0..LANES.min(rays.len() - first) {
+                let ray = units.ray(lane).ray;
+                let before = found.len();
+                if ray.is_valid() {
+                    let mut take = |id| found.push((first + lane, id));
+                    at_level!(self.level(), |simd| each_start(
+                        simd,
+                        self.bvh(),
+                        &ray,
+                        &mut stack,
+                        &mut take
+                    ));
+                }
+                found[before..].sort_unstable();
+            }
+        }
+        found
+    }
+}
+
+/// Calls `take` with each triangle on which a ray starts.
+#[inline(always)]
+fn each_start<S: Simd>(
+    simd: S,
+    bvh: &Bvh,
+    ray: &Ray,
+    stack: &mut Vec<Child>,
+    take: &mut impl FnMut(PrimitiveId),
+) {
+    let origin = simd.splat3(ray.origin);
+    stack.clear();
+    stack.push(bvh.root());
+    while let Some(child) = stack.pop() {
+        if child.is_inner() {
+            let node = &bvh.nodes()[child.index()];
+            let within = box_distances(simd, node, origin, 1.0).le(simd.splat(0.0));
+            let within = within.bits() & node.valid_bits();
+            stack.extend(
+                (0..LANES)
+                    .filter(|lane| within >> lane & 1 != 0)
+                    .map(|lane| node.child[lane]),
+            );
+        } else if child.is_triangles() {
+            match bvh.triangle_blocks() {
+                TriangleBlocks::Whole(blocks) => of_leaf(&blocks[child.index()], child, ray, bvh, take),
+                TriangleBlocks::Indexed(blocks) => of_leaf(&blocks[child.index()], child, ray, bvh, take),
+            }
+        }
+    }
+}
+
+fn of_leaf<B: TriangleLeaf>(
+    block: &B,
+    child: Child,
+    ray: &Ray,
+    bvh: &Bvh,
+    take: &mut impl FnMut(PrimitiveId),
+) {
+    for lane in 0..child.count() {
+        if starts_on(ray, block.triangle(lane)) {
+            let id = PrimitiveId(block.id(lane));
+            take(id);
+            for &[_, equal] in repeats_of(bvh.repeats(), id) {
+                take(equal);
+            }
+        }
+    }
+}
+
+/// Decides exactly whether a ray starts on a triangle and is not parallel to it.
+fn starts_on(ray: &Ray, corners: [Vec3; 3]) -> bool {
+    let [a, b, c] = corners;
+    let (lower, upper, p) = (a.min(b).min(c), a.max(b).max(c), ray.origin);
+    if !(p.cmpge(lower).all() && p.cmple(upper).all()) {
+        return false;
+    }
+    let ([a, b, c, p], d) = ([a, b, c, p].map(point), ray.direction.as_dvec3());
+    if sign([a, b, c, p]) != 0.0 || sign([a, b, c, [d.x, d.y, d.z, 0.0]]) == 0.0 {
+        return false;
+    }
+    // Seen along an axis along which it is not a line: on no other side of an edge than the triangle.
+    let axes: [Row; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+    axes.into_iter().any(|axis| {
+        let side = sign([a, b, c, axis]);
+        let is_inside = |[from, to]: [Row; 2]| {
+            let at = sign([from, to, p, axis]);
+            at == 0.0 || (at > 0.0) == (side > 0.0)
+        };
+        side != 0.0 && [[a, b], [b, c], [c, a]].into_iter().all(is_inside)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ray::Hit;
+
+    /// A grid of squares, and rays from points on its planes and elsewhere: the counter notices each that starts on one,
+    /// whichever kernel traces it.
+    #[test]
+    fn rays_that_start_on_triangles_are_noticed() {
+        let mut random = fastrand::Rng::with_seed(5);
+        let side = 12;
+        let mut positions = Vec::new();
+        for i in 0..side * side {
+            let (x, y) = ((i % side) as f32, (i / side) as f32);
+            positions.push([x, y, x * 0.5 + (i % 5) as f32 * y]);
+        }
+        let mut triangles = Vec::new();
+        for i in (0..side * (side - 1)).filter(|i| i % side < side - 1) {
+            let [a, b, c, d] = [i, i + 1, i + side, i + side + 1].map(|i| i as u32);
+            triangles.extend([[a, b, c], [b, d, c], [a, b, c]]);
+        }
+        let geometry = Geometry::from_triangles(&positions, &triangles).unwrap();
+        let mut all = 0;
+        for round in 0..24 {
+            let mut vector = || [0; 3].map(|_| random.f32() * 2.0 - 1.0);
+            let directions: Vec<[f32; 3]> = (0..1 << (round % 12)).map(|_| vector()).collect();
+            let origins: Vec<[f32; 3]> = (0..directions.len())
+                .map(|i| {
+                    let corners = triangles[random.usize(0..triangles.len())].map(|v| positions[v as usize]);
+                    let [p, q] = [0, round % 3].map(|k| Vec3::from(corners[k]));
+                    let aside = if i % 4 == 0 { Vec3::Z * 0.1 } else { Vec3::ZERO };
+                    (p * 0.5 + q * 0.5 + aside).to_array()
+                })
+                .collect();
+            let rays = Rays::from_arrays(&origins, &directions).unwrap();
+            let expected: Vec<(usize, PrimitiveId)> = (0..origins.len())
+                .flat_map(|i| {
+                    let ray = Ray::new(origins[i].into(), directions[i].into());
+                    let (triangles, geometry) = (0..triangles.len(), &geometry);
+                    triangles
+                        .filter(move |&id| {
+                            starts_on(
+                                &ray,
+                                geometry
+                                    .triangle(id)
+                                    .map(|corner| (corner - geometry.middle()).as_vec3()),
+                            )
+                        })
+                        .map(move |id| (i, PrimitiveId(id as u32)))
+                })
+                .collect();
+            let mut hits = vec![Hit::default(); origins.len()];
+            let (_, starts) = geometry.with_starts(rays, || geometry.worker().closest_hits(rays, &mut hits));
+            assert_eq!(starts, expected);
+            if origins.len() <= 256 {
+                let (_, starts) = geometry.with_starts(rays, || geometry.all_hits_each(rays, None));
+                assert_eq!(starts, expected);
+            }
+            let mut blocked = vec![false; origins.len()];
+            let trace = || geometry.worker().occluded_each(rays, &mut blocked);
+            let (_, starts) = geometry.with_starts(rays, trace);
+            for (ray, _) in starts {
+                blocked[ray] = true;
+            }
+            for &(ray, _) in &expected {
+                assert!(blocked[ray]);
+            }
+            all += expected.len();
+        }
+        assert!(all > 4_000, "{all}");
+    }
+}
