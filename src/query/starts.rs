@@ -183,7 +183,7 @@ mod tests {
                 })
                 .collect();
             let mut hits = vec![Hit::default(); origins.len()];
-            let (_, starts) = geometry.with_starts(rays, || geometry.worker().closest_hits(rays, &mut hits));
+            let ((), starts) = geometry.with_starts(rays, || geometry.worker().closest_hits(rays, &mut hits));
             assert_eq!(starts, expected);
             if origins.len() <= 256 {
                 let (_, starts) = geometry.with_starts(rays, || geometry.all_hits_each(rays, None));
@@ -191,7 +191,7 @@ mod tests {
             }
             let mut blocked = vec![false; origins.len()];
             let trace = || geometry.worker().occluded_each(rays, &mut blocked);
-            let (_, starts) = geometry.with_starts(rays, trace);
+            let ((), starts) = geometry.with_starts(rays, trace);
             for (ray, _) in starts {
                 blocked[ray] = true;
             }
