@@ -95,7 +95,7 @@ fn texels_are_where_the_file_puts_them() {
         }
     }
     // A base colour multiplies it.
-    let (scene, _) = obj_scene("Kd 0.5 1 1\nmap_Kd a.png", &png([1, 1], &[WHITE]));
+    let (scene, _) = obj_scene("KD 0.5 1 1\nmap_kd a.png", &png([1, 1], &[WHITE]));
     assert_eq!(
         self::film(&scene, &above(), sized(4)).pixels()[5],
         [0.5, 1.0, 1.0]

@@ -1,5 +1,5 @@
-//! Material libraries: `newmtl`, `Kd`, `Ks`, `Ke`, `Ns`, `illum`, `map_Kd`, `map_Ke`, `map_d`. Faults and whatever else a
-//! library contains become notes; the mesh is shown all the same.
+//! Material libraries: `newmtl`, `Kd`, `Ks`, `Ke`, `Ns`, `illum`, `map_Kd`, `map_Ke`, `map_d`, in upper or lower case. Faults
+//! and whatever else a library contains become notes; the mesh is shown all the same.
 
 use super::super::{
     budget::Budget,
@@ -40,9 +40,11 @@ pub(super) fn parse(
     for line in text[start..].split_inclusive(|&byte| byte == b'\n') {
         let mut words = Words::new(text, start..start + line.len());
         start += line.len();
-        let Some((keyword, place)) = words.next() else {
+        let Some((written, place)) = words.next() else {
             continue;
         };
+        // Some programs write `map_kd` or `MAP_KD`.
+        let keyword = written.to_ascii_lowercase();
         if keyword == b"newmtl" {
             if materials.len() == most {
                 return Err(format!("more than {MAX_MATERIALS} materials"));
@@ -57,17 +59,17 @@ pub(super) fn parse(
         let Some(material) = materials.last_mut() else {
             continue;
         };
-        let read = match keyword {
-            b"Kd" => color(words).map(|color| material.diffuse = Some(color)),
-            b"Ks" => color(words).map(|color| material.specular = Some(color)),
-            b"Ns" => number(&mut words).map(|exponent| material.exponent = exponent),
+        let read = match keyword.as_slice() {
+            b"kd" => color(words).map(|color| material.diffuse = Some(color)),
+            b"ks" => color(words).map(|color| material.specular = Some(color)),
+            b"ns" => number(&mut words).map(|exponent| material.exponent = exponent),
             b"illum" => number(&mut words).map(|model| {
                 material.has_highlight = model >= 2.0;
                 material.is_traced = (3.0..=9.0).contains(&model);
             }),
-            b"Ke" => color(words).map(|color| material.emission = color),
+            b"ke" => color(words).map(|color| material.emission = color),
             b"d" => opacity(words).map(|opacity| material.opaque = Some(opacity)),
-            b"Tr" => number(&mut words).map(|share| material.transparent = share),
+            b"tr" => number(&mut words).map(|share| material.transparent = share),
             b"disp" | b"decal" | b"bump" | b"refl" | b"norm" => {
                 textures += 1;
                 add_texture_file(texture_files, path, &texture_file(words).name);
@@ -76,9 +78,9 @@ pub(super) fn parse(
             _ if keyword.starts_with(b"map_") => {
                 let file = texture_file(words);
                 add_texture_file(texture_files, path, &file.name);
-                let map = match keyword {
-                    b"map_Kd" => Some(&mut material.base),
-                    b"map_Ke" => Some(&mut material.emission_map),
+                let map = match keyword.as_slice() {
+                    b"map_kd" => Some(&mut material.base),
+                    b"map_ke" => Some(&mut material.emission_map),
                     b"map_d" => Some(&mut material.mask),
                     _ => None,
                 };
@@ -100,7 +102,7 @@ pub(super) fn parse(
         };
         // One note is enough to find the others.
         if read.is_none() && !std::mem::replace(&mut has_faults, true) {
-            let message = format!("{} without valid numbers, ignored", quote(keyword));
+            let message = format!("{} without valid numbers, ignored", quote(written));
             notes.push(TextFault::new(place, message).into_error(text, path).to_string());
         }
     }

@@ -57,7 +57,7 @@ fn a_position_with_two_normals_becomes_two_vertices() {
 #[test]
 fn materials() {
     let mtl = "Kd 9 9 9\nnewmtl a\nKd 0.5\nnewmtl two words\nKd 0 1.5 0.25 # c\nKs 0.5 0.5 0.5\nNs 80.5\n\
-        newmtl dull\nKd 1 0 0\nKs 1 1 1\nNs 0\nnewmtl odd\nKd spectral x.rfl\nmap_Kd x.png\n";
+        newmtl dull\nKD 1 0 0\nKs 1 1 1\nNs 0\nnewmtl odd\nKd spectral x.rfl\nmap_Kd x.png\n";
     let text = format!(
         "mtllib a b.mtl\n{SQUARE}f 1 2 3\nusemtl two words\nf 1 2 3 4\nusemtl dull\nf 1 2 3\nusemtl no\nf 1 2 3"
     );
