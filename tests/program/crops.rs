@@ -44,6 +44,17 @@ material matte cd 0.4 0.6 0.9 opacity 0.4
 triangle 1 -2 0  2 0 0  1.5 -1 2
 ";
 
+/// To be lit by an environment map with a sun.
+const SKY: &str = "\
+camera eye 3 -3 1.5 target 0 0 0.4 fov 40
+material matte
+triangle -5 -5 0  5 -5 0  0 5 0
+material glass tint 0.5 0.9 0.7
+sphere 0 0 0.5 0.5
+material reflection mix 0.6
+sphere 0.8 -0.4 0.3 0.3
+";
+
 /// Meshes and a point cloud, each stored once.
 const INSTANCES: &str = "\
 camera eye 3 -3 1.5 target 0 0 0.4 fov 40
@@ -73,7 +84,7 @@ triangle -5 -5 0  5 -5 0  0 5 0
 const ALL: &str = "--aov depth,normal,albedo,id,heat";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 41] = [
+const CASES: [(&str, &str, &str); 43] = [
     ("instances.scn", "exr", ALL),
     (
         "instances.scn",
@@ -107,6 +118,8 @@ const CASES: [(&str, &str, &str); 41] = [
         "exr",
         "--mode scalar --camera inside --max-depth 5 --background transparent",
     ),
+    ("sky.scn", "exr", "--samples 4"),
+    ("sky.scn", "png", "--samples auto:9 --mode scalar --srgb"),
     ("b.scn", "png", "--samples 5 --filter tent --linear --threads 1"),
     (
         "b.scn",
@@ -252,6 +265,8 @@ fn render(input: &str, format: &str, options: &str, crop: &str) -> BTreeMap<Stri
     let folder = Folder::new();
     folder.write("b.scn", SCENE);
     folder.write("glass.scn", GLASS);
+    let map = shipped_mesh("../skies/evening.hdr");
+    folder.write("sky.scn", &format!("{SKY}environment \"{map}\" rotate 20\n"));
     folder.write("plane.scn", PLANE);
     folder.write("instances.scn", INSTANCES);
     folder.write("moving.scn", MOVING);
