@@ -2,7 +2,7 @@
 
 use crate::format::left_out::{LeftOut, counted};
 use gltf::{
-    json::{Material, Root, mesh::Primitive, validation::Checked},
+    json::{Material, Root, accessor::Type, mesh::Primitive, validation::Checked},
     material::AlphaMode,
     mesh::{Mode, Semantic},
 };
@@ -82,6 +82,9 @@ pub(super) fn left_out(root: &Root, is_cloud: bool) -> LeftOut {
     if primitives().any(|p| has(p, |semantic| matches!(semantic, Semantic::Colors(1..)))) {
         left_out.add("more vertex colours");
     }
+    if primitives().any(|p| has_vertex_alpha(root, p)) {
+        left_out.add("vertex alpha");
+    }
     left_out.count(root.scenes.len().saturating_sub(1), "other scene", "other scenes");
     let is_listed = |name: &&str| !NOT_LISTED.iter().any(|known| name.starts_with(known));
     let used = root.extensions_used.iter().map(String::as_str);
@@ -96,6 +99,16 @@ fn is_transparent(material: &Material) -> bool {
     material.alpha_mode == Checked::Valid(AlphaMode::Mask)
         && pbr.base_color_texture.is_none()
         && pbr.base_color_factor.0[3] < limit
+}
+
+/// Whether the alpha of its vertex colours would count.
+fn has_vertex_alpha(root: &Root, primitive: &Primitive) -> bool {
+    let colors = primitive.attributes.get(&Checked::Valid(Semantic::Colors(0)));
+    let has_alpha = colors
+        .and_then(|colors| root.accessors.get(colors.value()))
+        .is_some_and(|accessor| accessor.type_ == Checked::Valid(Type::Vec4));
+    let material = primitive.material.and_then(|i| root.materials.get(i.value()));
+    has_alpha && material.is_some_and(|material| material.alpha_mode != Checked::Valid(AlphaMode::Opaque))
 }
 
 fn has_gloss_map(material: &Material) -> bool {

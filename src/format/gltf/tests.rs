@@ -220,6 +220,8 @@ fn what_is_not_read_is_said() {
 
 #[test]
 fn one_note_lists_all_that_is_left_out() {
+    const VECTOR: &str =
+        r#""SCALAR"},{"bufferView":0,"componentType":5121,"normalized":true,"count":3,"type":"VEC4"}"#;
     assert!(load(SCENE).expect("a mesh").notes.is_empty());
     let asset = r#""asset":{"version":"2.0"},"extensionsUsed":["KHR_lights_punctual","KHR_materials_unlit","KHR_materials_sheen"],
         "extensions":{"KHR_lights_punctual":{"lights":[{"type":"point"},{"type":"odd"}]}},
@@ -235,7 +237,7 @@ fn one_note_lists_all_that_is_left_out() {
         .replacen(
             r#""primitives":[{"attributes":{"POSITION":0"#,
             r#""primitives":[{"mode":0,"attributes":{"POSITION":0}},{"mode":3,"attributes":{"POSITION":0}},
-            {"targets":[{"POSITION":0}],"attributes":{"POSITION":0,"COLOR_0":1,"TEXCOORD_0":1"#,
+            {"targets":[{"POSITION":0}],"attributes":{"POSITION":0,"COLOR_0":3,"TEXCOORD_0":1"#,
             1,
         )
         .replacen(
@@ -243,17 +245,15 @@ fn one_note_lists_all_that_is_left_out() {
             r#""cameras":[{"type":"orthographic","orthographic":{"xmag":1,"ymag":1,"zfar":9,"znear":1}},"#,
             1,
         )
-        .replacen(r#""scenes":["#, r#""scene":1,"scenes":[{"nodes":[0]},"#, 1);
+        .replacen(r#""scenes":["#, r#""scene":1,"scenes":[{"nodes":[0]},"#, 1)
+        .replace("\"SCALAR\"}", VECTOR);
     let mesh = load(&json).expect("a mesh");
-    assert_eq!(
-        mesh.cameras[0].projection,
-        Projection::Orthographic { height: 2.0 }
-    );
+    assert!(mesh.cameras[0].projection == Projection::Orthographic { height: 2.0 });
     assert_eq!(
         mesh.notes,
         [
             "folder/a.gltf: left out: 1 animation, 1 skin, 1 set of points, 1 set of \
-             lines, morph targets, 1 other scene, extensions `KHR_materials_sheen`"
+             lines, morph targets, vertex alpha, 1 other scene, extensions `KHR_materials_sheen`"
         ]
     );
 }
