@@ -56,6 +56,10 @@ fn any_number_of_samples() {
         ("--samples auto:", "expected a whole number, 1 or more"),
         ("--samples auto5", "expected a whole number, auto or auto:N"),
         ("--samples many", "expected a whole number, 1 or more, or auto"),
+        (
+            "--samples 4294967296",
+            "expected a whole number from 1 to 4294967295, or auto",
+        ),
     ] {
         let arguments: Vec<&str> = std::iter::once("a.scn").chain(line.split(' ')).collect();
         folder.fails(&arguments, 2, words);

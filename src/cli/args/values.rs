@@ -40,8 +40,9 @@ pub fn grid(text: &str) -> Result<[u32; 2], String> {
 /// A whole number from 1 to `MOST`.
 pub fn whole<const MOST: u32>(text: &str) -> Result<u32, String> {
     let number = text.parse().ok().filter(|number| (1..=MOST).contains(number));
+    let is_large = text.len() > 9 && text.bytes().all(|byte| byte.is_ascii_digit());
     number.ok_or_else(|| match MOST {
-        u32::MAX => "expected a whole number, 1 or more".into(),
+        u32::MAX if !is_large => "expected a whole number, 1 or more".into(),
         _ => format!("expected a whole number from 1 to {MOST}"),
     })
 }
