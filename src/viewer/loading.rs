@@ -5,7 +5,10 @@ use super::{
     shell::Event,
     timeline::{Model, Timeline},
 };
-use crate::accel::Bvh;
+use crate::{
+    accel::{BuildQuality, Bvh},
+    scene::Scene,
+};
 use std::{
     path::PathBuf,
     sync::{
@@ -22,9 +25,21 @@ const MEGABYTE: u64 = 1_000_000;
 
 /// Reports the progress of loading to the window.
 #[derive(Clone, Debug)]
-pub struct Loading(EventLoopProxy<Event>);
+pub struct Loading {
+    proxy: EventLoopProxy<Event>,
+    /// What the window is told.
+    event: fn(String) -> Event,
+}
 
 impl Loading {
+    /// Reports that the scene is loaded again.
+    pub(super) fn again(proxy: EventLoopProxy<Event>) -> Self {
+        Self {
+            proxy,
+            event: Event::Reloading,
+        }
+    }
+
     /// Begins a stage of `total` steps; if that is 0, it shows the bytes that are read so far.
     #[must_use]
     pub fn stage(&self, what: impl Into<String>, total: u64) -> Stage {
@@ -62,7 +77,7 @@ impl Stage {
         if self.told.fetch_max(now, Ordering::Relaxed) < now {
             let text = format!("{}  {now} {unit}", self.what);
             // Fails once the window is closed.
-            let _ = self.loading.0.send_event(Event::Loading(text));
+            let _ = self.loading.proxy.send_event((self.loading.event)(text));
         }
     }
 }
@@ -98,7 +113,10 @@ pub(super) fn start(
     }
     let (sender, results) = mpsc::channel();
     let end = End(proxy.clone());
-    let loading = Loading(proxy);
+    let loading = Loading {
+        proxy,
+        event: Event::Loading,
+    };
     thread::spawn(move || {
         let _end = end;
         // Moved, so that even after a panic it is dropped before the end is reported.
@@ -110,6 +128,14 @@ pub(super) fn start(
     results
 }
 
+/// Builds the BVH of a scene, with progress.
+pub(super) fn build_bvh(scene: &Scene, quality: BuildQuality, loading: &Loading) -> Bvh {
+    let stage = loading.stage("building", 0);
+    Bvh::build_watched(scene, quality, &|progress| {
+        stage.show(progress.done, progress.total)
+    })
+}
+
 fn build(content: Content, loading: &Loading) -> Ready {
     let Content {
         options,
@@ -117,10 +143,7 @@ fn build(content: Content, loading: &Loading) -> Ready {
         files,
         host,
     } = content;
-    let stage = loading.stage("building", 0);
-    let bvh = Bvh::build_watched(&scene, options.quality, &|progress| {
-        stage.show(progress.done, progress.total);
-    });
+    let bvh = build_bvh(&scene, options.quality, loading);
     Ready {
         options,
         timeline: Arc::new(Timeline::new(Model::new(scene, bvh))),

@@ -55,8 +55,8 @@ pub const MAX_SIDE: u32 = 32_767;
 
 /// The services that the program provides to its window.
 pub trait Host: Send + Sync {
-    /// Loads the scene. Returns it or an error, and all files that belong to it, to be watched.
-    fn load(&self) -> (Result<Scene, String>, Vec<PathBuf>);
+    /// Loads the scene, with progress. Returns it or an error, and all files that belong to it, to be watched.
+    fn load(&self, loading: &Loading) -> (Result<Scene, String>, Vec<PathBuf>);
 
     /// Writes a picture to a new file and returns its name.
     ///

@@ -44,6 +44,8 @@ pub enum Event {
     Loaded,
     /// From the worker.
     Worker(Note),
+    /// Progress of loading the files again.
+    Reloading(String),
     /// The files were loaded again.
     Reloaded(Reloaded),
     /// A picture was saved under this name, or could not be.

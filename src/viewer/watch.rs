@@ -1,10 +1,10 @@
 //! Notices when files change, and loads the scene again.
 
 use super::{
-    Host,
+    Host, Loading, loading,
     timeline::{Model, Timeline},
 };
-use crate::accel::{BuildQuality, Bvh};
+use crate::accel::BuildQuality;
 use notify::{EventKind, RecommendedWatcher, RecursiveMode, Watcher};
 use std::{
     collections::HashSet,
@@ -51,6 +51,7 @@ pub fn start(
     host: Arc<dyn Host>,
     files: Vec<PathBuf>,
     quality: BuildQuality,
+    progress: Loading,
     tell: impl Fn(Reloaded) + Send + 'static,
 ) -> Reload {
     let (sender, changes) = mpsc::channel();
@@ -59,11 +60,11 @@ pub fn start(
         let mut watched = Watched::new(sender);
         watched.add(&files);
         while watched.wait(&changes).is_some() {
-            let (scene, files) = host.load();
+            let (scene, files) = host.load(&progress);
             // A faulty scene may name fewer files than before: all stay watched.
             watched.add(&files);
             tell(scene.map(|scene| {
-                let bvh = Bvh::build_with(&scene, quality);
+                let bvh = loading::build_bvh(&scene, quality, &progress);
                 Arc::new(Timeline::new(Model::new(scene, bvh)))
             }));
         }

@@ -5,7 +5,7 @@ use super::{
     axis::Axis,
     benchmark::{Benchmark, Report},
     keys,
-    loading::Ready,
+    loading::{Loading, Ready},
     mailbox::{Picture, Shared},
     orbit::Orbit,
     overlay::{self, Overlay},
@@ -116,8 +116,9 @@ impl App {
         } = ready;
         let orbit = Orbit::new(options.pose, timeline.now().scene.bounds())?;
         let reload = options.benchmark.is_none().then(|| {
-            let proxy = proxy.clone();
-            watch::start(Arc::clone(&host), files, options.quality, move |reloaded| {
+            let (proxy, progress) = (proxy.clone(), Loading::again(proxy.clone()));
+            let host = Arc::clone(&host);
+            watch::start(host, files, options.quality, progress, move |reloaded| {
                 // Fails once the window is closed.
                 let _ = proxy.send_event(Event::Reloaded(reloaded));
             })
@@ -357,6 +358,7 @@ impl App {
             }
             Event::Saved(Ok(name)) => self.say(format!("saved {name}")),
             Event::Saved(Err(why)) => self.say(why),
+            Event::Reloading(progress) => self.say(progress),
             Event::Loading(_) | Event::Loaded => {}
         }
         self.redraw();

@@ -73,6 +73,15 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
     }
 }
 
+/// Limits of a load of `memory` bytes, which reports its progress.
+fn limits(input: &InputPlan, memory: u64, loading: &Loading) -> Limits {
+    let stage = loading.stage(stages::reading(input), stages::bytes_of(input));
+    Limits {
+        memory,
+        on_read: Some(Arc::new(move |bytes| stage.add(bytes as u64))),
+    }
+}
+
 /// Loads what the window shows.
 fn load(plan: ViewPlan, loading: &Loading) -> Result<Content, CliError> {
     let ViewPlan {
@@ -86,13 +95,8 @@ fn load(plan: ViewPlan, loading: &Loading) -> Result<Content, CliError> {
         json,
         memory,
     } = plan;
-    let stage = loading.stage(stages::reading(&input), stages::bytes_of(&input));
-    let limits = Limits {
-        memory,
-        on_read: Some(Arc::new(move |bytes| stage.add(bytes as u64))),
-    };
     let mut files = Vec::new();
-    let loaded = load::load_and_list(&input, limits, &mut files)?;
+    let loaded = load::load_and_list(&input, limits(&input, memory, loading), &mut files)?;
     let (is_mesh, lit_from) = (loaded.is_mesh(), loaded.is_lit_from());
     let Input {
         scene, camera, notes, ..
@@ -190,7 +194,7 @@ impl Program {
 }
 
 impl Host for Program {
-    fn load(&self) -> (Result<Scene, String>, Vec<PathBuf>) {
+    fn load(&self, loading: &Loading) -> (Result<Scene, String>, Vec<PathBuf>) {
         let mut files = Vec::new();
         if is_standard_input(&self.input.path) {
             return (Err("standard input cannot be read again".into()), files);
@@ -199,10 +203,11 @@ impl Host for Program {
             mesh: self.mesh().clone(),
             ..self.input.clone()
         };
-        let scene = load::load_and_list(&input, self.memory, &mut files).map(|input| {
-            *self.lit_from() = input.is_lit_from();
-            input.scene
-        });
+        let scene =
+            load::load_and_list(&input, limits(&input, self.memory, loading), &mut files).map(|input| {
+                *self.lit_from() = input.is_lit_from();
+                input.scene
+            });
         (scene.map_err(|error| error.text().unwrap_or_default()), files)
     }
 
