@@ -11,7 +11,8 @@ use std::{
 /// The text `Software` of every PNG file that octray writes: it tells octray's own pictures from other files.
 pub const SOFTWARE: &str = "octray";
 
-/// Writes 8 bits per channel, RGB or RGBA, row by row, as a PNG file. `texts` are keywords and their texts.
+/// Writes pixels, row by row, as a PNG file: grey (1 byte per pixel), grey of 16 bits with the high byte first (2), RGB (3) or
+/// RGBA (4). `texts` are keywords and their texts.
 ///
 /// # Errors
 /// [`io::Error`] if `out` fails or a side is 0.
@@ -19,17 +20,19 @@ pub fn write_png(
     out: impl Write,
     [width, height]: [u32; 2],
     bytes: &[u8],
-    has_alpha: bool,
+    pixel_bytes: usize,
     texts: &[(&str, &str)],
 ) -> io::Result<()> {
     let write = || -> Result<(), EncodingError> {
         let mut encoder = Encoder::new(out, width, height);
-        encoder.set_color(if has_alpha {
-            ColorType::Rgba
-        } else {
-            ColorType::Rgb
-        });
-        encoder.set_depth(BitDepth::Eight);
+        let (color, depth) = match pixel_bytes {
+            1 => (ColorType::Grayscale, BitDepth::Eight),
+            2 => (ColorType::Grayscale, BitDepth::Sixteen),
+            4 => (ColorType::Rgba, BitDepth::Eight),
+            _ => (ColorType::Rgb, BitDepth::Eight),
+        };
+        encoder.set_color(color);
+        encoder.set_depth(depth);
         // Tuned: see docs/lab-notes.md#png-filter
         encoder.set_compression(Compression::Fast);
         encoder.set_filter(Filter::Paeth);
@@ -52,7 +55,7 @@ impl Film {
     pub fn save_png(&self, path: impl AsRef<Path>, transfer: Transfer) -> io::Result<()> {
         let size = [self.width(), self.height()];
         whole_file::write(path.as_ref(), |out| {
-            write_png(out, size, &self.to_bytes(transfer), false, &[])
+            write_png(out, size, &self.to_bytes(transfer), 3, &[])
         })
     }
 }

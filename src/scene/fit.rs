@@ -137,18 +137,70 @@ impl FitView {
     }
 }
 
+impl FitView {
+    /// As [`FitView::fit_around`], for a camera that may be anywhere on a sphere around the target, the middle of the meshes'
+    /// box.
+    ///
+    /// # Errors
+    /// As [`FitView::fit`].
+    pub fn fit_sphere_around(&self, meshes: &[PlacedMesh<'_>], reach: f64) -> Result<Fit, CameraError> {
+        let (middle, sphere) = bounding_sphere(meshes);
+        let fit = self.fit_around(&[PlacedMesh::in_place(&sphere)], reach)?;
+        // The points are almost symmetrical.
+        Ok(Fit {
+            eye: fit.eye + middle - fit.target,
+            target: middle,
+            ..fit
+        })
+    }
+}
+
+/// Returns the middle of the meshes' box and points around the sphere that contains them.
+fn bounding_sphere(meshes: &[PlacedMesh<'_>]) -> (DVec3, TriangleMesh) {
+    const ROWS: usize = 48;
+    let mut sphere = TriangleMesh::default();
+    let points = Points::of(meshes);
+    let Some(middle) = middle_of_box(&points) else {
+        return (DVec3::ZERO, sphere);
+    };
+    let radius = points.fold(
+        || 0.0_f64,
+        |most, point| most.max((point.as_dvec3() - middle).length()),
+        f64::max,
+    );
+    // The polyhedron circumscribes the sphere: its faces are half a step away from their corners in both directions.
+    let step = std::f64::consts::PI / ROWS as f64;
+    let radius = radius / libm::cos(0.5 * step).powi(2);
+    for row in 0..=ROWS {
+        let (out, height) = libm::sincos(step * row as f64);
+        for column in 0..2 * ROWS {
+            let (sin, cos) = libm::sincos(step * column as f64);
+            let point = middle + DVec3::new(out * cos, out * sin, height) * radius;
+            sphere.x.push(point.x as f32);
+            sphere.y.push(point.y as f32);
+            sphere.z.push(point.z as f32);
+        }
+    }
+    (middle, sphere)
+}
+
+/// Returns the middle of the points' box; `None` without points.
+fn middle_of_box(points: &Points<'_>) -> Option<DVec3> {
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z];
+    let [x, y, z, left, front, bottom] = extents(points, &axes)?;
+    Some(DVec3::new(x - left, y - front, z - bottom) * 0.5)
+}
+
 /// Bounds the volume that meshes sweep when they turn about the centre of their box. Returns the centre and the corners of
 /// polygonal rings around the volume.
 fn swept_rings(axis: DVec3, meshes: &[PlacedMesh<'_>]) -> (DVec3, TriangleMesh) {
     const SLICES: usize = 64;
     const CORNERS: usize = 96;
-    let axes = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z];
     let mut rings = TriangleMesh::default();
     let points = Points::of(meshes);
-    let Some([x, y, z, left, front, bottom]) = extents(&points, &axes) else {
+    let Some(middle) = middle_of_box(&points) else {
         return (DVec3::ZERO, rings);
     };
-    let middle = DVec3::new(x - left, y - front, z - bottom) * 0.5;
     let height_and_radius = |point: Vec3| {
         let arm = point.as_dvec3() - middle;
         let height = axis.dot(arm);

@@ -81,7 +81,7 @@ material matte
 triangle -5 -5 0  5 -5 0  0 5 0
 ";
 
-const ALL: &str = "--aov depth,normal,albedo,id,heat";
+const ALL: &str = "--aov depth,normal,albedo,id,heat,mask,z,instance";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
 const CASES: [(&str, &str, &str); 43] = [
@@ -90,6 +90,11 @@ const CASES: [(&str, &str, &str); 43] = [
         "instances.scn",
         "png",
         "--samples 9 --pattern sobol --background transparent",
+    ),
+    (
+        "instances.scn",
+        "png",
+        "--sphere 9 --frames 2-2 --target 0.1,0,0.3 --aov mask,z,instance",
     ),
     ("a.scn", "png", ""),
     ("b.scn", "png", ALL),
@@ -252,7 +257,8 @@ fn channels(path: &Path) -> Channels {
         return bits.collect();
     }
     let picture = image::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    let depth = usize::from(picture.color().channel_count());
+    // Each byte of a channel of 16 bits is one.
+    let depth = usize::from(picture.color().bytes_per_pixel());
     let channel = |i| {
         let values = picture.as_bytes().iter().skip(i).step_by(depth);
         (i.to_string(), values.map(|&byte| byte.into()).collect())

@@ -45,8 +45,8 @@ fn tiles_are_the_whole_file_in_every_format() {
         (
             "a.scn",
             "png",
-            "--aov depth,normal,albedo,id,heat --samples 4",
-            &["depth", "normal", "albedo", "id", "heat"],
+            "--aov depth,normal,albedo,id,heat,mask,z,instance --samples 4",
+            &["depth", "normal", "albedo", "id", "heat", "mask", "z", "instance"],
         ),
         (
             vase.as_str(),
@@ -62,7 +62,12 @@ fn tiles_are_the_whole_file_in_every_format() {
         ("a.scn", "tif", "--samples 9", &[]),
         ("a.scn", "exr", "--samples 4", &[]),
         ("a.scn", "exr", "--background transparent", &[]),
-        ("a.scn", "exr", "--aov depth,normal,albedo,id,heat", &[]),
+        (
+            "a.scn",
+            "exr",
+            "--aov depth,normal,albedo,id,heat,mask,z,instance",
+            &[],
+        ),
         (
             vase.as_str(),
             "exr",

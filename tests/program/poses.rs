@@ -62,6 +62,64 @@ fn saved_poses_make_the_same_pictures() {
     assert_eq!(read(&folder, "a-0004.png"), read(&folder, "r_4.png"));
 }
 
+/// A data set of a made-up sphere of views, with what programs read beside the colours.
+#[test]
+fn a_sphere_of_views_is_a_data_set() {
+    let folder = Folder::new();
+    folder.write(
+        "b.scn",
+        "light 0 0 90 1\ncamera eye 0 -5 0 target 0 0 0\nsphere 0 0 0 1\ninstance m.obj\ninstance m.obj translate -4 0 0\n",
+    );
+    folder.write("m.obj", "v 2 -1 -1\nv 2 1 -1\nv 2 0 1\nf 1 2 3\n");
+    let call = "b.scn --size 40x30 --sphere 5 --aov mask,z,instance --save-poses t.json";
+    folder.run_line(&format!("{call} -o r_#.png")).succeeded();
+    let text = String::from_utf8(read(&folder, "t.json")).expect("text");
+    let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(json["integer_depth_scale"], 0.001);
+    let mut instances = [0; 4];
+    for i in 0..5 {
+        let frame = &json["frames"][i];
+        let open = |key: &str| {
+            let name = frame[key].as_str().unwrap_or_else(|| panic!("{frame}: no {key}"));
+            image::open(folder.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+        };
+        assert_eq!(frame["depth_path"], frame["depth_file_path"]);
+        let name = format!("r_{}.instance.png", i + 1);
+        let instance = image::open(folder.path(&name)).expect("a picture");
+        let (mask, z) = (open("mask_path"), open("depth_file_path"));
+        let (Some(mask), Some(z), Some(instance)) = (mask.as_luma8(), z.as_luma16(), instance.as_luma16())
+        else {
+            panic!("grey pictures, of 8, 16 and 16 bits");
+        };
+        for ((mask, z), instance) in mask.pixels().zip(z.pixels()).zip(instance.pixels()) {
+            assert!([0, 255].contains(&mask.0[0]));
+            assert_eq!(mask.0[0] == 0, instance.0[0] == 0);
+            assert_eq!(mask.0[0] == 0, z.0[0] == 0);
+            instances[usize::from(instance.0[0])] += 1;
+        }
+        // Around the axis, a sphere's depth along the view is its distance. The middle is between four pixels.
+        let eye: f64 = (0..3)
+            .map(|row| {
+                frame["transform_matrix"][row][3]
+                    .as_f64()
+                    .expect("a number")
+                    .powi(2)
+            })
+            .sum();
+        assert!((eye.sqrt() - 5.0).abs() < 1e-9, "{frame}");
+        if instance.get_pixel(20, 15).0[0] == 1 {
+            assert!((4000..4020).contains(&z.get_pixel(20, 15).0[0]), "{frame}");
+        }
+    }
+    assert!(instances.iter().all(|&count| count > 0), "{instances:?}");
+    folder.fails(
+        &["a.scn", "--aov=z", "-o", "a.qoi"],
+        2,
+        "--aov z: QOI does not hold its numbers",
+    );
+    folder.fails(&["a.scn", "--sphere=3", "--turntable=3"], 2, "--turntable");
+}
+
 #[test]
 fn broken_poses_are_refused() {
     let folder = Folder::new();

@@ -84,7 +84,7 @@ impl BenchArgs {
             None => BenchScenes::Suite { quick: self.quick },
             Some(path) => {
                 let aspect = f64::from(width) / f64::from(height);
-                let (camera, mesh) = (self.camera.options(), self.mesh.options(false));
+                let (camera, mesh) = (self.camera.options(), self.mesh.options(None));
                 BenchScenes::One(Box::new(InputPlan::new(path, camera, mesh, aspect)?))
             }
         };

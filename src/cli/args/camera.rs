@@ -2,7 +2,7 @@
 
 use super::values;
 use crate::{
-    cli::plan::{CameraOptions, MeshOptions, Side, StartView},
+    cli::plan::{CameraOptions, MeshOptions, Orbit, Side, StartView},
     format::mesh::UpAxis,
     scene::Projection,
 };
@@ -127,15 +127,15 @@ impl CameraArgs {
 }
 
 impl MeshArgs {
-    /// As plain values. If `turning`, the camera goes around the mesh.
-    pub fn options(&self, turning: bool) -> MeshOptions {
+    /// As plain values. With an `orbit`, the camera goes around the mesh.
+    pub fn options(&self, orbit: Option<Orbit>) -> MeshOptions {
         MeshOptions {
             up_axis: self.up_axis,
             ground: self.ground,
             smooth_degrees: self.smooth_angle,
             point_size: self.point_size,
             lit_from: self.lit_from,
-            turning,
+            orbit,
             ..MeshOptions::default()
         }
     }

@@ -195,7 +195,7 @@ impl RenderArgs {
         let mesh = MeshOptions {
             style,
             is_style_given: self.style.style.is_some() && !self.is_default("style"),
-            ..self.mesh.options(self.series.turntable.is_some())
+            ..self.mesh.options(self.series.orbit())
         };
         let memory = self.memory.limit();
         let Planned { jobs, sheet, skipped } = pictures.jobs(&self.scenes, &camera, &mesh, memory)?;
@@ -211,7 +211,7 @@ impl RenderArgs {
             fps: self.series.fps(),
             save_poses: self.save_poses(&jobs)?,
             poses,
-            is_turning: self.series.turntable.is_some(),
+            orbit: self.series.orbit(),
             jobs,
             sheet,
             keep_going: self.series.keep_going,

@@ -3,7 +3,7 @@
 use super::{camera, values};
 use crate::cli::{
     CliError,
-    plan::{CompareOptions, FrameRange, Poses, Turntable, has_number, keyframes},
+    plan::{CompareOptions, FrameRange, Orbit, Poses, Turntable, has_number, keyframes},
     write::is_animation,
 };
 use clap::Args;
@@ -33,9 +33,13 @@ pub struct SeriesArgs {
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FRAMES }>)]
     pub turntable: Option<u32>,
 
+    /// As --turntable, with N cameras all around, spread evenly over a sphere
+    #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FRAMES }>, conflicts_with = "turntable")]
+    pub sphere: Option<u32>,
+
     /// Render the scene from every camera of a NeRF transforms.json or of a COLMAP reconstruction's images.txt or images.bin,
     /// into an animation or pictures: in -o, a run of # stands for the number, {pose} for the name in the file
-    #[arg(long, value_name = "FILE", conflicts_with = "turntable", conflicts_with_all = camera::OPTIONS)]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["turntable", "sphere"], conflicts_with_all = camera::OPTIONS)]
     pub poses: Option<PathBuf>,
 
     /// Write the cameras of all pictures as a NeRF transforms.json
@@ -55,8 +59,17 @@ impl SeriesArgs {
     /// The turntable, or the row of `poses`, if there is one.
     pub fn turntable(&self, poses: Option<&Poses>) -> Option<Turntable> {
         let frames = self.frames;
-        let count = poses.map(|poses| poses.poses.len() as u32).or(self.turntable);
+        let count = poses
+            .map(|poses| poses.poses.len() as u32)
+            .or(self.turntable)
+            .or(self.sphere);
         count.map(|count| Turntable { count, frames })
+    }
+
+    /// How the camera goes around its target, if it does.
+    pub fn orbit(&self) -> Option<Orbit> {
+        let turn = self.turntable.map(|_| Orbit::Turn);
+        turn.or(self.sphere.map(|_| Orbit::Sphere))
     }
 
     /// The frames of each scene, if one of them moves and these options or the name of the `output` ask for all of them.

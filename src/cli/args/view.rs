@@ -82,7 +82,7 @@ impl ViewArgs {
         let mesh = MeshOptions {
             style,
             is_style_given: self.style.style.is_some(),
-            ..self.mesh.options(false)
+            ..self.mesh.options(None)
         };
         Ok(ViewPlan {
             input: InputPlan::new(&self.scene, self.camera.options(), mesh, aspect)?,

@@ -402,7 +402,7 @@ impl Call<'_> {
                 .with(frame.turn.map(|turn| turn.number), aov)
         })?;
         self.written.add(written_name(output), times.total);
-        self.save_pose(output, camera);
+        self.save_pose(frame, camera);
         if let Some(comparison) = &frame.comparison {
             let verdict = comparison.run(&picture, output.name())?;
             self.verdicts.add(verdict, plan.quiet);

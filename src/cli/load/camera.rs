@@ -5,7 +5,7 @@ use crate::{
     classic,
     cli::{
         CliError,
-        plan::{CameraOptions, MeshOptions, Side, StartView},
+        plan::{CameraOptions, MeshOptions, Orbit, Side, StartView},
     },
     error::clip,
     format::mesh::{LoadedMesh, UpAxis},
@@ -120,7 +120,7 @@ impl CameraOptions {
     }
 
     /// The camera for a mesh whose `up` axis points up. By default it frames the mesh for a picture of that aspect
-    /// (width over height); if it is `turning`, from all sides around the up axis. An orthographic camera stands where a
+    /// (width over height); on an orbit, from all sides. An orthographic camera stands where a
     /// perspective one would.
     ///
     /// # Errors
@@ -163,10 +163,10 @@ impl CameraOptions {
         };
         let cloud = mesh.cloud.as_ref();
         let reach = cloud.map_or(0.0, |cloud| cloud.radius(&mesh.columns).into());
-        let fit = if shown.turning {
-            framed.fit_turning_around(&mesh.placed(), reach)?
-        } else {
-            framed.fit_around(&mesh.placed(), reach)?
+        let fit = match shown.orbit {
+            None => framed.fit_around(&mesh.placed(), reach)?,
+            Some(Orbit::Turn) => framed.fit_turning_around(&mesh.placed(), reach)?,
+            Some(Orbit::Sphere) => framed.fit_sphere_around(&mesh.placed(), reach)?,
         };
         let target = self.target.unwrap_or(fit.target);
         let projection = if self.fits_ortho {

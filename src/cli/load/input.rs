@@ -138,7 +138,7 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
         lit_from: Some(lit_from),
         #[cfg(feature = "viewer")]
         has_own_lights: rig.is_none(),
-        rig: rig.filter(|_| mesh.turning && mesh.lit_from.is_none()),
+        rig: rig.filter(|_| mesh.orbit.is_some() && mesh.lit_from.is_none()),
         notes,
     })
 }

@@ -1,5 +1,6 @@
 //! A scene or a mesh to load, with its camera.
 
+use super::Orbit;
 use crate::{
     cli::CliError,
     error::clip_path,
@@ -123,7 +124,7 @@ pub struct MeshOptions {
     /// The direction of the viewer for whom the mesh is lit; by default that of the eye.
     pub lit_from: Option<DVec3>,
     /// The camera goes around the mesh, which stays whole in the picture.
-    pub turning: bool,
+    pub orbit: Option<Orbit>,
 }
 
 /// Stands for standard input in messages. Without a folder, so that paths count from the current one.

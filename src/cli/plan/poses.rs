@@ -227,12 +227,30 @@ pub struct SavedPoses {
     cy: f64,
     w: u32,
     h: u32,
+    /// Units of a step of depth, for Instant NGP.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    integer_depth_scale: Option<f64>,
     frames: Vec<SavedPose>,
+}
+
+/// The files of a pose, relative to the file of poses.
+#[derive(Debug, Default, Serialize)]
+pub struct PoseFiles {
+    pub file_path: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mask_path: Option<String>,
+    /// As Nerfstudio reads it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth_file_path: Option<String>,
 }
 
 #[derive(Debug, Serialize)]
 struct SavedPose {
-    file_path: String,
+    #[serde(flatten)]
+    files: PoseFiles,
+    /// The same file of depth for Instant NGP.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    depth_path: Option<String>,
     transform_matrix: [[f64; 4]; 4],
 }
 
@@ -258,19 +276,23 @@ impl SavedPoses {
             cy: 0.5 * height,
             w,
             h,
+            integer_depth_scale: None,
             frames: Vec::new(),
         })
     }
 
-    /// Adds the camera of a picture, whose path is relative to the file of poses.
-    pub fn push(&mut self, file_path: String, camera: &Camera) {
+    /// Adds the camera of a picture.
+    pub fn push(&mut self, files: PoseFiles, camera: &Camera) {
         let view = camera.view();
         let back = (view.eye - view.target).normalize_or_zero();
         let right = view.up.cross(back).normalize_or_zero();
         let up = back.cross(right);
         let row = |i: usize| [right[i], up[i], back[i], view.eye[i]];
+        let depth_path = files.depth_file_path.clone();
+        self.integer_depth_scale = depth_path.as_ref().map(|_| 0.001);
         self.frames.push(SavedPose {
-            file_path,
+            files,
+            depth_path,
             transform_matrix: [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]],
         });
     }
@@ -296,7 +318,14 @@ mod tests {
         .map(|(eye, up)| Camera::look_at(eye, DVec3::new(0.0, 0.0, 0.5), up, 40.0).expect("a camera"));
         let mut saved = SavedPoses::new(&cameras[0], [640, 360]).expect("poses");
         for camera in &cameras {
-            saved.push("train/r_7.png".into(), camera);
+            let file_path = "train/r_7.png".into();
+            saved.push(
+                PoseFiles {
+                    file_path,
+                    ..PoseFiles::default()
+                },
+                camera,
+            );
         }
         let text = serde_json::to_string(&saved).expect("JSON");
         let read = found(&text, 16.0 / 9.0).expect("poses");

@@ -1,7 +1,7 @@
 //! What `octray render` does: for each scene one picture, or a series of frames.
 
 use super::{
-    Build, CameraOptions, InputPlan, JsonTarget, MeshOptions, Poses, Turn, Turntable,
+    Build, CameraOptions, InputPlan, JsonTarget, MeshOptions, Orbit, Poses, Turn, Turntable,
     names::{self, Origin, PicturePath},
     places::Places,
 };
@@ -23,8 +23,8 @@ use std::{
 pub struct RenderPlan {
     pub looks: Looks,
     pub build: Build,
-    /// Whether the camera of each frame turns around its target.
-    pub is_turning: bool,
+    /// How the camera goes around its target from frame to frame, if it does.
+    pub orbit: Option<Orbit>,
     /// Frames per second of an animation.
     pub fps: u32,
     /// The cameras of the frames, if they come from a file.

@@ -1,4 +1,4 @@
-//! `--turntable`: the camera turns once around its target. Frames of poses and of animated scenes are counted likewise.
+//! `--turntable` and `--sphere`: the camera goes around its target. Frames of poses and of animated scenes are counted likewise.
 
 use crate::{cli::CliError, scene::View};
 use std::f64::consts::TAU;
@@ -12,10 +12,19 @@ pub struct Turntable {
     pub frames: Option<FrameRange>,
 }
 
+/// How the camera goes around its target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Orbit {
+    /// Once around the up vector.
+    Turn,
+    /// To points that are spread evenly over a sphere.
+    Sphere,
+}
+
 /// Numbers of frames, both ends included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameRange {
-    /// From 1 on; frame 1 is the camera's own view.
+    /// From 1 on; frame 1 of a turntable is the camera's own view.
     pub first: u32,
     /// Not below the first.
     pub last: u32,
@@ -57,8 +66,40 @@ impl Turntable {
     }
 }
 
-/// The view of one frame: the first is the view itself, the others follow counterclockwise around the up vector.
-pub fn turned(view: &View, Turn { number, count }: Turn) -> View {
+impl Orbit {
+    /// The view of one frame.
+    pub fn view(self, view: &View, turn: Turn) -> View {
+        match self {
+            Self::Turn => turned(view, turn),
+            Self::Sphere => on_sphere(view, turn),
+        }
+    }
+}
+
+/// The view of one frame from a sphere around the target: from top to bottom on a Fibonacci spiral (Vogel 1979), each point
+/// in a band of equal area.
+fn on_sphere(view: &View, Turn { number, count }: Turn) -> View {
+    let arm = view.eye - view.target;
+    let Some(axis) = view.up.try_normalize() else {
+        return *view;
+    };
+    let side = arm - axis * axis.dot(arm);
+    let side = side
+        .try_normalize()
+        .unwrap_or_else(|| axis.any_orthonormal_vector());
+    let golden_angle = TAU * (1.0 - 0.5 * (5.0_f64.sqrt() - 1.0));
+    let height = 1.0 - (2.0 * f64::from(number) - 1.0) / f64::from(count);
+    let (sin, cos) = libm::sincos(golden_angle * f64::from(number - 1));
+    let around = side * cos + axis.cross(side) * sin;
+    let out = axis * height + around * (1.0 - height * height).sqrt();
+    View {
+        eye: view.target + out * arm.length(),
+        ..*view
+    }
+}
+
+/// The view of one frame of a turntable: the first is the view itself, the others follow counterclockwise around the up vector.
+fn turned(view: &View, Turn { number, count }: Turn) -> View {
     let Some(axis) = view.up.try_normalize().filter(|_| number > 1) else {
         return *view;
     };
@@ -95,6 +136,33 @@ mod tests {
             "{second:?}"
         );
         assert_eq!((second.target, second.up), (view.target, view.up));
+    }
+
+    #[test]
+    fn a_sphere_is_seen_from_all_sides() {
+        let eye = DVec3::new(1.0, 2.0, 4.0);
+        let (up, target) = (DVec3::new(0.0, 0.0, 2.0), DVec3::new(1.0, 2.0, 2.0));
+        let view = View {
+            eye,
+            target,
+            up,
+            projection: Projection::DEFAULT,
+            lens: Lens::PINHOLE,
+        };
+        for count in [1, 2, 3, 100, 10_000] {
+            let views = (1..=count).map(|number| Orbit::Sphere.view(&view, Turn { number, count }));
+            let mut sum = DVec3::ZERO;
+            for view in views {
+                let arm = view.eye - view.target;
+                assert!((arm.length() - 2.0).abs() < 1e-9);
+                assert!(arm.cross(up).length() > 0.0 && view.up == up);
+                sum += arm / f64::from(count);
+            }
+            assert!(
+                count < 3 || sum.length() < 0.5 / f64::from(count).sqrt(),
+                "{count}: {sum}"
+            );
+        }
     }
 
     proptest! {

@@ -2,12 +2,15 @@
 //!
 //! No scale depends on the picture's pixels, so the files of a crop are parts of the whole picture's.
 
-use super::exr_layers::{Channel, Values};
+use super::{
+    exr_layers::{Channel, Values},
+    picture::Pixels,
+};
 use crate::{
     heat::heat,
     math::Aabb,
     ray::{InstanceId, PrimitiveId},
-    render::{Aov, Aovs, ByteFilm, Transfer, quantize},
+    render::{Aov, Aovs, ByteFilm, Settings, Transfer, quantize},
     scene::{Camera, Projection},
 };
 use glam::Vec3;
@@ -26,6 +29,12 @@ pub enum AovKind {
     Id,
     /// How many nodes and primitives the ray visited.
     Heat,
+    /// Whether the ray hit anything.
+    Mask,
+    /// Depth along the view.
+    Z,
+    /// Which instance.
+    Instance,
 }
 
 impl AovKind {
@@ -37,7 +46,15 @@ impl AovKind {
             Self::Albedo => "albedo",
             Self::Id => "id",
             Self::Heat => "heat",
+            Self::Mask => "mask",
+            Self::Z => "z",
+            Self::Instance => "instance",
         }
+    }
+
+    /// Whether programs read its numbers, in grey PNG files: the others show colours.
+    pub fn is_exact(self) -> bool {
+        matches!(self, Self::Mask | Self::Z | Self::Instance)
     }
 }
 
@@ -101,7 +118,85 @@ fn id_color(PrimitiveId(id): PrimitiveId, InstanceId(instance): InstanceId) -> [
     [24, 16, 8].map(|shift| 55 + ((bits >> shift & 0xff) * 200 / 255) as u8)
 }
 
-/// The AOV as a picture of bytes.
+/// The rows of a picture's pixels and the depth along the view of what they see.
+#[derive(Clone, Copy, Debug)]
+pub struct Axis {
+    /// The first column and row.
+    first: [u32; 2],
+    /// Columns of the crop.
+    width: u32,
+    /// Half the picture's size, pixels.
+    middle: [f64; 2],
+    /// Distance of the picture's plane, pixels; infinite if rays are parallel.
+    focal: f64,
+}
+
+impl Axis {
+    /// Of a picture with these settings.
+    pub fn of(camera: &Camera, settings: &Settings) -> Self {
+        let middle = [settings.width, settings.height].map(|side| 0.5 * f64::from(side));
+        let focal = match camera.view().projection {
+            Projection::Perspective { fov_degrees } => middle[1] / libm::tan(0.5 * fov_degrees.to_radians()),
+            Projection::Orthographic { .. } => f64::INFINITY,
+        };
+        let crop = settings.crop;
+        Self {
+            first: crop.map_or([0, 0], |crop| [crop.x0, crop.y0]),
+            width: crop.map_or(settings.width, |crop| crop.width()),
+            middle,
+            focal,
+        }
+    }
+
+    /// The depth along the view of the pixel with that index.
+    fn z(&self, index: usize, pixel: &Aov) -> f64 {
+        let (x, y) = (index as u32 % self.width, index as u32 / self.width);
+        let [x, y] = [(x, 0), (y, 1)]
+            .map(|(at, axis)| (f64::from(self.first[axis] + at) + 0.5 - self.middle[axis]) / self.focal);
+        f64::from(pixel.depth) / (1.0 + x * x + y * y).sqrt()
+    }
+}
+
+/// 0 for a miss, 1 outside of instances, then the instances.
+fn instance_number(pixel: &Aov) -> u32 {
+    match (pixel.primitive, pixel.instance) {
+        (PrimitiveId::NONE, _) => 0,
+        (_, InstanceId::NONE) => 1,
+        (_, InstanceId(id)) => id.saturating_add(2),
+    }
+}
+
+/// An AOV whose numbers programs read, as grey pixels.
+pub fn exact(aovs: &Aovs, which: AovKind, axis: Axis) -> Pixels {
+    let wide = |value: &dyn Fn(usize, &Aov) -> u16| {
+        let values = aovs.pixels.iter().enumerate().map(|(i, pixel)| value(i, pixel));
+        values.flat_map(u16::to_be_bytes).collect::<Vec<u8>>()
+    };
+    let (bytes, pixel_bytes) = match which {
+        AovKind::Z => {
+            let thousandths = |i, pixel: &Aov| libm::round(axis.z(i, pixel) * 1000.0);
+            let known = |t: f64| if t <= 65535.0 { t as u16 } else { 0 };
+            (wide(&|i, pixel| known(thousandths(i, pixel))), 2)
+        }
+        AovKind::Instance => (wide(&|_, pixel| instance_number(pixel).min(65535) as u16), 2),
+        _ => (aovs.pixels.iter().map(mask).collect(), 1),
+    };
+    Pixels::Gray {
+        size: [aovs.width, aovs.height],
+        bytes,
+        pixel_bytes,
+    }
+}
+
+fn mask(pixel: &Aov) -> u8 {
+    if pixel.primitive == PrimitiveId::NONE {
+        0
+    } else {
+        255
+    }
+}
+
+/// The AOV as a picture of colours.
 pub fn picture(aovs: &Aovs, which: AovKind, range: DepthRange, transfer: Transfer) -> ByteFilm {
     let color = |pixel: &Aov| match which {
         AovKind::Heat => heat(pixel.cost.total()),
@@ -110,6 +205,7 @@ pub fn picture(aovs: &Aovs, which: AovKind, range: DepthRange, transfer: Transfe
         AovKind::Depth => [range.gray(pixel.depth); 3],
         AovKind::Normal => pixel.normal.map(|c| quantize(c * 0.5 + 0.5)),
         AovKind::Id => id_color(pixel.primitive, pixel.instance),
+        AovKind::Mask | AovKind::Z | AovKind::Instance => [255; 3],
     };
     let mut film = ByteFilm::black(aovs.width, aovs.height);
     for (to, pixel) in film.pixels_mut().iter_mut().zip(&aovs.pixels) {
@@ -119,7 +215,7 @@ pub fn picture(aovs: &Aovs, which: AovKind, range: DepthRange, transfer: Transfe
 }
 
 /// The AOV's EXR channels, unscaled.
-pub fn channels(aovs: &Aovs, which: AovKind) -> Vec<Channel> {
+pub fn channels(aovs: &Aovs, which: AovKind, axis: Axis) -> Vec<Channel> {
     let floats = |name: &'static str, value: &dyn Fn(&Aov) -> f32| Channel {
         name: name.into(),
         values: Values::Floats(aovs.pixels.iter().map(value).collect()),
@@ -149,6 +245,15 @@ pub fn channels(aovs: &Aovs, which: AovKind) -> Vec<Channel> {
             whole("heat.nodes", &|p| p.cost.nodes),
             whole("heat.primitives", &|p| p.cost.primitives),
         ],
+        AovKind::Mask => vec![floats("mask.Y", &|p| f32::from(mask(p) / 255))],
+        AovKind::Z => {
+            let z = aovs.pixels.iter().enumerate().map(|(i, p)| axis.z(i, p) as f32);
+            vec![Channel {
+                name: "z.Z".into(),
+                values: Values::Floats(z.collect()),
+            }]
+        }
+        AovKind::Instance => vec![whole("instance.number", &instance_number)],
     }
 }
 

@@ -1,7 +1,8 @@
 //! The files of `--aov`.
 
 use super::{
-    aov::{self, AovKind, DepthRange},
+    aov::{self, AovKind, Axis, DepthRange},
+    encode::Format,
     output::Output,
     picture::{Picture, Pixels},
 };
@@ -30,6 +31,7 @@ pub struct AovFiles {
 pub struct RenderedAovs {
     aovs: Aovs,
     range: DepthRange,
+    axis: Axis,
 }
 
 impl AovFiles {
@@ -49,6 +51,15 @@ impl AovFiles {
         asked.dedup();
         let mut files = Vec::new();
         if !output.is_exr() {
+            if let Some(which) = asked.iter().find(|which| which.is_exact())
+                && output.format() != Format::Png
+            {
+                return Err(CliError::Usage(format!(
+                    "--aov {}: {} does not hold its numbers; name a picture such as .png or .exr",
+                    which.name(),
+                    output.format().name()
+                )));
+            }
             for which in &asked {
                 let file = aov_path(&path.path, which.name()).ok_or_else(|| {
                     CliError::Usage(format!(
@@ -80,6 +91,12 @@ impl AovFiles {
         &self.files
     }
 
+    /// The separate file of an AOV.
+    pub fn file(&self, which: AovKind) -> Option<&Output> {
+        let at = self.in_files().position(|kind| kind == which)?;
+        self.files.get(at)
+    }
+
     /// The AOVs that have separate files.
     pub fn in_files(&self) -> impl Iterator<Item = AovKind> {
         self.asked.iter().copied().take(self.files.len())
@@ -103,7 +120,8 @@ impl AovFiles {
         let costs = self.asked.contains(&AovKind::Heat);
         let aovs = renderer.aovs(camera, settings, costs, on_progress)?;
         let range = DepthRange::of(scene.bounds(), camera);
-        Ok(Some(RenderedAovs { aovs, range }))
+        let axis = Axis::of(camera, settings);
+        Ok(Some(RenderedAovs { aovs, range, axis }))
     }
 
     /// Writes the AOVs to their files, or adds them to an EXR picture.
@@ -112,15 +130,22 @@ impl AovFiles {
     /// As [`Output::write`].
     pub fn write(
         &self,
-        RenderedAovs { aovs, range }: &RenderedAovs,
+        RenderedAovs { aovs, range, axis }: &RenderedAovs,
         picture: &mut Picture,
     ) -> Result<(), CliError> {
         if self.files.is_empty() {
-            let channels = self.asked.iter().flat_map(|&which| aov::channels(aovs, which));
+            let channels = self
+                .asked
+                .iter()
+                .flat_map(|&which| aov::channels(aovs, which, *axis));
             picture.layers.extend(channels);
         }
         for (file, &which) in self.files.iter().zip(&self.asked) {
-            let mut own = Picture::from(Pixels::Bytes(aov::picture(aovs, which, *range, self.transfer)));
+            let mut own = Picture::from(if which.is_exact() {
+                aov::exact(aovs, which, *axis)
+            } else {
+                Pixels::Bytes(aov::picture(aovs, which, *range, self.transfer))
+            });
             own.place = picture.place;
             file.write(&mut own)?;
         }

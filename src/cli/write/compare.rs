@@ -193,6 +193,9 @@ impl<'a> Ours<'a> {
             Pixels::Linear(film) => Self::Bytes(film.to_bytes(picture.transfer).into(), 3),
             Pixels::Transparent(film) if floats => Self::FloatsWithAlpha(film),
             Pixels::Transparent(film) => Self::Bytes(film.to_bytes(picture.transfer).into(), 4),
+            Pixels::Gray {
+                bytes, pixel_bytes, ..
+            } => Self::Bytes(bytes.into(), *pixel_bytes),
         }
     }
 

@@ -136,18 +136,13 @@ impl Format {
         Ok(bytes)
     }
 
-    /// The file's bytes from a picture's bytes, RGB or RGBA, as [`Self::encode`] makes them of a whole picture.
+    /// The file's bytes from a picture's bytes, as [`Self::encode`] makes them of a whole picture.
     ///
     /// # Errors
     /// [`CliError::Failed`] if the encoder refuses the picture.
-    pub fn encode_whole(self, bytes: &[u8], size: [u32; 2], has_alpha: bool) -> Result<Vec<u8>, CliError> {
-        let color = if has_alpha {
-            ExtendedColorType::Rgba8
-        } else {
-            ExtendedColorType::Rgb8
-        };
+    pub fn encode_whole(self, bytes: &[u8], size: [u32; 2], pixel_bytes: usize) -> Result<Vec<u8>, CliError> {
         let mut to = Cursor::new(Vec::new());
-        self.encode_bytes(bytes, size, color, None, &mut to)
+        self.encode_bytes(bytes, size, pixel_bytes, None, &mut to)
             .map_err(|error| failed(&error))?;
         Ok(to.into_inner())
     }
@@ -156,7 +151,7 @@ impl Format {
         let exr = self == Self::Exr;
         let layers = std::mem::take(&mut picture.layers);
         let place = picture.place;
-        let color = match &picture.pixels {
+        match &picture.pixels {
             Pixels::Linear(film) if exr && layers.is_empty() => {
                 return exr_layers::write_rgb(film, place, to).map_err(exr_error);
             }
@@ -169,27 +164,30 @@ impl Format {
             Pixels::Transparent(film) if exr => {
                 return exr_layers::write(film, ["R", "G", "B", "A"], layers, place, to).map_err(exr_error);
             }
-            Pixels::Transparent(_) => ExtendedColorType::Rgba8,
-            Pixels::Bytes(_) | Pixels::Linear(_) => ExtendedColorType::Rgb8,
-        };
-        self.encode_bytes(&picture.bytes(), picture.size(), color, place, to)
+            pixels => self.encode_bytes(&picture.bytes(), picture.size(), pixels.pixel_bytes(), place, to),
+        }
     }
 
     fn encode_bytes(
         self,
         bytes: &[u8],
         [width, height]: [u32; 2],
-        color: ExtendedColorType,
+        pixel_bytes: usize,
         place: Option<Place>,
         to: &mut Cursor<Vec<u8>>,
     ) -> ImageResult<()> {
+        // Grey is only asked of PNG.
+        let color = if pixel_bytes == 4 {
+            ExtendedColorType::Rgba8
+        } else {
+            ExtendedColorType::Rgb8
+        };
         match self {
             // Tuned: see docs/lab-notes.md#png-filter
             Self::Png => {
                 let place = place.map(|place| place.to_string());
                 let texts: Vec<_> = place.iter().map(|place| (PNG_KEYWORD, place.as_str())).collect();
-                let has_alpha = color == ExtendedColorType::Rgba8;
-                Ok(write_png(to, [width, height], bytes, has_alpha, &texts)?)
+                Ok(write_png(to, [width, height], bytes, pixel_bytes, &texts)?)
             }
             Self::Ppm => {
                 let subtype = PnmSubtype::Pixmap(SampleEncoding::Binary);

@@ -134,6 +134,13 @@ impl Tile {
             DynamicImage::ImageRgba8(image) if size == (width, height) => {
                 Ok(Samples::Bytes(image.into_raw(), 4))
             }
+            DynamicImage::ImageLuma8(image) if size == (width, height) => {
+                Ok(Samples::Bytes(image.into_raw(), 1))
+            }
+            DynamicImage::ImageLuma16(image) if size == (width, height) => {
+                let bytes = image.into_raw().into_iter().flat_map(u16::to_be_bytes);
+                Ok(Samples::Bytes(bytes.collect(), 2))
+            }
             _ => Err(self.source().unreadable(&changed())),
         }
     }

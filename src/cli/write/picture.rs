@@ -14,6 +14,23 @@ pub enum Pixels {
     Linear(Film),
     /// With alpha.
     Transparent(Film<[f32; 4]>),
+    /// Grey of 8 bits, or of 16 with the high byte first: AOVs that programs read, only for PNG.
+    Gray {
+        size: [u32; 2],
+        bytes: Vec<u8>,
+        pixel_bytes: usize,
+    },
+}
+
+impl Pixels {
+    /// Bytes of a pixel in files other than EXR.
+    pub fn pixel_bytes(&self) -> usize {
+        match self {
+            Self::Bytes(_) | Self::Linear(_) => 3,
+            Self::Transparent(_) => 4,
+            Self::Gray { pixel_bytes, .. } => *pixel_bytes,
+        }
+    }
 }
 
 /// A picture for one file.
@@ -60,6 +77,11 @@ impl Picture {
             Pixels::Bytes(film) => renderer.render(camera, settings, film, on_progress),
             Pixels::Linear(film) => renderer.render(camera, settings, film, on_progress),
             Pixels::Transparent(film) => renderer.render(camera, settings, film, on_progress),
+            // A rendered picture has colours.
+            Pixels::Gray { .. } => {
+                self.pixels = Pixels::Bytes(ByteFilm::black(0, 0));
+                self.render(renderer, camera, settings, on_progress)
+            }
         }
     }
 }
@@ -71,15 +93,17 @@ impl Picture {
             Pixels::Bytes(film) => [film.width(), film.height()],
             Pixels::Linear(film) => [film.width(), film.height()],
             Pixels::Transparent(film) => [film.width(), film.height()],
+            Pixels::Gray { size, .. } => *size,
         }
     }
 
-    /// RGB, or RGBA with alpha, 8 bits each.
+    /// RGB, RGBA or grey.
     pub fn bytes(&self) -> Cow<'_, [u8]> {
         match &self.pixels {
             Pixels::Bytes(film) => Cow::Borrowed(film.pixels().as_flattened()),
             Pixels::Linear(film) => Cow::Owned(film.to_bytes(self.transfer)),
             Pixels::Transparent(film) => Cow::Owned(film.to_bytes(self.transfer)),
+            Pixels::Gray { bytes, .. } => Cow::Borrowed(bytes),
         }
     }
 }

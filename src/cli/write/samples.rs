@@ -18,7 +18,7 @@ use std::io::{self, Cursor};
 
 /// The samples of a tile or of the picture.
 pub enum Samples {
-    /// RGB or RGBA: a number of bytes per pixel.
+    /// Grey, grey of 16 bits, RGB or RGBA: 1 to 4 bytes per pixel.
     Bytes(Vec<u8>, usize),
     Exr(Vec<Plane>),
 }
@@ -112,6 +112,8 @@ impl Samples {
     /// The channels in words.
     pub fn kind(&self) -> String {
         match self {
+            Self::Bytes(_, 1) => "grey".into(),
+            Self::Bytes(_, 2) => "grey of 16 bits".into(),
             Self::Bytes(_, 3) => "RGB".into(),
             Self::Bytes(..) => "RGBA".into(),
             Self::Exr(planes) => {
@@ -167,7 +169,7 @@ impl Samples {
     /// [`CliError::Failed`].
     pub fn encode(self, format: Format, size: [u32; 2]) -> Result<Vec<u8>, CliError> {
         match self {
-            Self::Bytes(bytes, depth) => format.encode_whole(&bytes, size, depth == 4),
+            Self::Bytes(bytes, depth) => format.encode_whole(&bytes, size, depth),
             Self::Exr(planes) => format.encode(&mut exr_picture(planes, size)?),
         }
     }

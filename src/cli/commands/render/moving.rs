@@ -31,7 +31,7 @@ pub fn move_to(
 impl Call<'_> {
     /// Rejects frames that a scene from standard input does not have, which is known only after loading.
     pub fn check_frames(&self, job: &Job, scene: &Scene) -> Result<(), CliError> {
-        let is_own = !self.plan.is_turning && self.plan.poses.is_none();
+        let is_own = self.plan.orbit.is_none() && self.plan.poses.is_none();
         let last = job.frames.last().and_then(|frame| frame.turn).filter(|_| is_own);
         let count = scene.frame_count();
         match last {

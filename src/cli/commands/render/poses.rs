@@ -4,8 +4,8 @@ use super::Call;
 use crate::{
     cli::{
         CliError,
-        plan::{JsonTarget, SavedPoses, Turn, turned},
-        write::{Output, json_line, write_json},
+        plan::{Frame, JsonTarget, PoseFiles, SavedPoses, Turn},
+        write::{AovKind, Output, json_line, write_json},
     },
     render::Settings,
     scene::Camera,
@@ -25,9 +25,9 @@ impl Call<'_> {
                     .camera,
             )
         };
-        Ok(match (turn.and_then(pose), turn) {
+        Ok(match (turn.and_then(pose), turn.zip(self.plan.orbit)) {
             (Some(camera), _) => camera,
-            (None, Some(turn)) if self.plan.is_turning => Camera::new(&turned(&camera.view(), turn))?,
+            (None, Some((turn, orbit))) => Camera::new(&orbit.view(&camera.view(), turn))?,
             _ => *camera,
         })
     }
@@ -42,11 +42,19 @@ impl Call<'_> {
     }
 
     /// Remembers the camera of a picture.
-    pub fn save_pose(&mut self, output: &Output, camera: &Camera) {
+    pub fn save_pose(&mut self, frame: &Frame, camera: &Camera) {
         if let (Some(path), Some(saved)) = (&self.plan.save_poses, &mut self.saved_poses) {
-            let picture = Path::new(output.full_name());
-            let relative = path.parent().and_then(|folder| picture.strip_prefix(folder).ok());
-            saved.push(relative.unwrap_or(picture).to_string_lossy().into_owned(), camera);
+            let relative = |output: &Output| {
+                let file = Path::new(output.full_name());
+                let relative = path.parent().and_then(|folder| file.strip_prefix(folder).ok());
+                relative.unwrap_or(file).to_string_lossy().into_owned()
+            };
+            let files = PoseFiles {
+                file_path: relative(&frame.output),
+                mask_path: frame.aovs.file(AovKind::Mask).map(relative),
+                depth_file_path: frame.aovs.file(AovKind::Z).map(relative),
+            };
+            saved.push(files, camera);
         }
     }
 
