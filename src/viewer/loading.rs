@@ -132,7 +132,7 @@ pub(super) fn start(
 pub(super) fn build_bvh(scene: &Scene, quality: BuildQuality, loading: &Loading) -> Bvh {
     let stage = loading.stage("building", 0);
     Bvh::build_watched(scene, quality, &|progress| {
-        stage.show(progress.done, progress.total)
+        stage.show(progress.done, progress.total);
     })
 }
 

@@ -34,6 +34,8 @@ use winit::{
 
 /// How long a message is shown.
 const MESSAGE: Duration = Duration::from_secs(3);
+/// How long progress of loading is shown if no more follows.
+const LOADING: Duration = Duration::from_hours(1);
 /// Time between two steps of flight.
 pub(super) const STEP: Duration = Duration::from_millis(15);
 /// The speed of the benchmark's orbit, 45 degrees per second, in pixels of a drag.
@@ -316,7 +318,7 @@ impl App {
                 self.show_frame();
             }
             Err(error) => {
-                self.error = Some(error);
+                (self.error, self.message) = (Some(error), None);
                 self.redraw();
             }
         }
@@ -358,7 +360,7 @@ impl App {
             }
             Event::Saved(Ok(name)) => self.say(format!("saved {name}")),
             Event::Saved(Err(why)) => self.say(why),
-            Event::Reloading(progress) => self.say(progress),
+            Event::Reloading(progress) => self.message = Some((progress, Instant::now() + LOADING)),
             Event::Loading(_) | Event::Loaded => {}
         }
         self.redraw();

@@ -236,12 +236,13 @@ pub struct SavedPoses {
 /// The files of a pose, relative to the file of poses.
 #[derive(Debug, Default, Serialize)]
 pub struct PoseFiles {
-    pub file_path: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mask_path: Option<String>,
+    #[serde(rename = "file_path")]
+    pub picture: String,
+    #[serde(rename = "mask_path", skip_serializing_if = "Option::is_none")]
+    pub mask: Option<String>,
     /// As Nerfstudio reads it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub depth_file_path: Option<String>,
+    #[serde(rename = "depth_file_path", skip_serializing_if = "Option::is_none")]
+    pub depth: Option<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -288,7 +289,7 @@ impl SavedPoses {
         let right = view.up.cross(back).normalize_or_zero();
         let up = back.cross(right);
         let row = |i: usize| [right[i], up[i], back[i], view.eye[i]];
-        let depth_path = files.depth_file_path.clone();
+        let depth_path = files.depth.clone();
         self.integer_depth_scale = depth_path.as_ref().map(|_| 0.001);
         self.frames.push(SavedPose {
             files,
@@ -318,10 +319,10 @@ mod tests {
         .map(|(eye, up)| Camera::look_at(eye, DVec3::new(0.0, 0.0, 0.5), up, 40.0).expect("a camera"));
         let mut saved = SavedPoses::new(&cameras[0], [640, 360]).expect("poses");
         for camera in &cameras {
-            let file_path = "train/r_7.png".into();
+            let picture = "train/r_7.png".into();
             saved.push(
                 PoseFiles {
-                    file_path,
+                    picture,
                     ..PoseFiles::default()
                 },
                 camera,

@@ -153,16 +153,16 @@ impl Format {
         let place = picture.place;
         match &picture.pixels {
             Pixels::Linear(film) if exr && layers.is_empty() => {
-                return exr_layers::write_rgb(film, place, to).map_err(exr_error);
+                exr_layers::write_rgb(film, place, to).map_err(exr_error)
             }
             Pixels::Linear(film) if exr => {
-                return exr_layers::write(film, ["R", "G", "B"], layers, place, to).map_err(exr_error);
+                exr_layers::write(film, ["R", "G", "B"], layers, place, to).map_err(exr_error)
             }
             Pixels::Transparent(film) if exr && layers.is_empty() => {
-                return exr_layers::write_rgba(film, place, to).map_err(exr_error);
+                exr_layers::write_rgba(film, place, to).map_err(exr_error)
             }
             Pixels::Transparent(film) if exr => {
-                return exr_layers::write(film, ["R", "G", "B", "A"], layers, place, to).map_err(exr_error);
+                exr_layers::write(film, ["R", "G", "B", "A"], layers, place, to).map_err(exr_error)
             }
             pixels => self.encode_bytes(&picture.bytes(), picture.size(), pixels.pixel_bytes(), place, to),
         }

@@ -50,9 +50,9 @@ impl Call<'_> {
                 relative.unwrap_or(file).to_string_lossy().into_owned()
             };
             let files = PoseFiles {
-                file_path: relative(&frame.output),
-                mask_path: frame.aovs.file(AovKind::Mask).map(relative),
-                depth_file_path: frame.aovs.file(AovKind::Z).map(relative),
+                picture: relative(&frame.output),
+                mask: frame.aovs.file(AovKind::Mask).map(relative),
+                depth: frame.aovs.file(AovKind::Z).map(relative),
             };
             saved.push(files, camera);
         }
