@@ -37,9 +37,8 @@ impl<V: Lanes> Directions<V> {
     /// The triangles of which no edge has all directions on its outer side.
     #[inline(always)]
     pub fn triangles(&self, edges: &EdgeFunctions<V>) -> u32 {
-        let u = self.largest(edges.u);
-        let v = self.largest(edges.v);
-        let w = self.largest(edges.w);
+        let [u, v, w] = edges.functions;
+        let (u, v, w) = (self.largest(u), self.largest(v), self.largest(w));
         u.min(v).min(w).ge(edges.tolerance * -TRIANGLE_MARGIN).bits()
     }
 

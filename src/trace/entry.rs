@@ -13,7 +13,8 @@ use crate::{
     simd::EightLanes,
 };
 
-/// At most this many nodes are opened to find entry nodes.
+/// At most this many nodes are opened to find entry nodes: time for it against a closer start.
+// Tuned: see docs/lab-notes.md#entry-nodes
 const MOST_OPENED: usize = 6;
 
 /// A subtree that the rays may meet.

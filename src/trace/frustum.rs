@@ -10,11 +10,11 @@
 //! more times.
 
 use super::{
-    PACKETS, bits,
+    PACKETS,
     directions::Directions,
     dominant::{DominantAxis, LEAST_ALONG_K},
     largest_axis,
-    origins::RayOrigins,
+    origins::{RayOrigins, is_near, origin_box},
     rays::Packet,
     slopes::{HALF_ERROR, Range, SLACK, Seen, Slopes, outside, slopes_by_packet, slopes_of_all},
 };
@@ -23,22 +23,9 @@ use crate::{
     geometry::EdgeFunctions,
     lanes::F32x8,
     ray::RayPacket,
-    simd::{Column, Eight, EightLanes, LaneMask, Lanes, Memory, Simd, Vec3Lanes},
+    simd::{Column, Eight, EightLanes, LaneMask, Lanes, Simd, Vec3Lanes},
 };
 use glam::Vec3;
-
-/// Rays from farther away have no frustum: products with their origins might overflow, and 0 times infinity is NaN.
-const FARTHEST_ORIGIN: f32 = 1e18;
-
-/// Whether a box of origins is near enough for a frustum.
-#[inline(always)]
-pub(super) fn is_near(lower: [f32; 3], upper: [f32; 3]) -> bool {
-    let mut is_near = true;
-    for axis in 0..3 {
-        is_near &= lower[axis] >= -FARTHEST_ORIGIN && upper[axis] <= FARTHEST_ORIGIN;
-    }
-    is_near
-}
 
 /// The axes k, i and j, the sign of the rays along k, and their origins.
 #[derive(Clone, Copy, Debug)]
@@ -78,34 +65,6 @@ struct PacketFrusta<P, V8> {
     all_directions: Directions<V8>,
 }
 
-/// The box of the packets' origins: lower and upper corner.
-#[inline(always)]
-pub(super) fn origins<V: Lanes, O: RayOrigins>(
-    simd: V::Simd,
-    packets: &[Packet<V::Memory>],
-    members: u32,
-) -> ([f32; 3], [f32; 3]) {
-    let first = &packets[members.trailing_zeros() as usize % packets.len()];
-    if O::ARE_SHARED {
-        let [x, y, z] = &first.origin;
-        let origin = [x.place(0), y.place(0), z.place(0)];
-        return (origin, origin);
-    }
-    let (mut origin_lower, mut origin_upper) = ([0.0; 3], [0.0; 3]);
-    for axis in 0..3 {
-        let (mut lower, mut upper) = (
-            V::load(simd, &first.origin[axis]),
-            V::load(simd, &first.origin[axis]),
-        );
-        for p in bits(members) {
-            let o = V::load(simd, &packets[p % PACKETS].origin[axis]);
-            (lower, upper) = (lower.min(o), upper.max(o));
-        }
-        (origin_lower[axis], origin_upper[axis]) = (lower.fold_min().min_lane(), upper.fold_max().max_lane());
-    }
-    (origin_lower, origin_upper)
-}
-
 impl<V: Lanes> BundleFrustum<V> {
     /// The frusta of `members` (a bit each) of the packets, or one for all of them with separate origins; `None` if
     /// not all rays share the dominant axis. Directions are not NaN. Lanes without a ray are included: they hold a neighbour's
@@ -119,7 +78,7 @@ impl<V: Lanes> BundleFrustum<V> {
     ) -> Option<Self> {
         let DominantAxis { axis: k, sign } = dominant;
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-        let (origin_lower, origin_upper) = origins::<V, O>(simd, packets, members);
+        let (origin_lower, origin_upper) = origin_box::<V, O>(simd, packets, members);
         let frame = Frame {
             k,
             i,

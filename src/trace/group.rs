@@ -4,11 +4,11 @@ use super::{
     BUNDLE, PACKETS, Tracer, bits,
     bundle::Culling,
     dominant::{self, DominantAxis},
-    frustum::{self, BundleFrustum},
+    frustum::BundleFrustum,
     order,
-    origins::RayOrigins,
+    origins::{RayOrigins, is_near, origin_box},
     part,
-    policy::RayKind,
+    policy::{CoherencePolicy, RayKind},
     rays::{self, Packet},
     scratch::RayLanes,
     sheared::ShearedSpace,
@@ -47,6 +47,29 @@ pub(super) fn prefetch_rays(rays: &[RayPacket], origins: &[Vec3x8], i: usize) {
     if let Some(origins) = origins.get(i) {
         prefetch_for_later(origins);
     }
+}
+
+/// Finds the next live packets, from `next` on and as many as there is room for in `members`, and returns their number.
+#[inline(always)]
+fn next_live<S: Simd, A: ResultSink>(
+    simd: S,
+    rays: &[RayPacket],
+    next: &mut usize,
+    members: &mut [usize],
+    results: &mut A,
+) -> usize {
+    let mut count = 0;
+    while *next < rays.len() && count < members.len() {
+        if rays::live(simd, &rays[*next]) {
+            members[count] = *next;
+            results.prefetch(*next);
+            count += 1;
+        } else {
+            results.put_none(*next, &rays[*next]);
+        }
+        *next += 1;
+    }
+    count
 }
 
 /// Fills packets with rays of the `members` in order, and prefetches those `ahead`.
@@ -144,16 +167,7 @@ impl Tracer<'_> {
                     packet.gather::<V, O>(simd, &rays[start..end], origins_of_group, members);
                 }
             } else {
-                while next < end && count < most {
-                    if rays::live(simd, &rays[next]) {
-                        members[count % BUNDLE] = next;
-                        results.prefetch(next);
-                        count += 1;
-                    } else {
-                        results.put_none(next, &rays[next]);
-                    }
-                    next += 1;
-                }
+                count = next_live(simd, &rays[..end], &mut next, &mut members[..most], results);
                 let ahead = O::prefetch_ahead(kind, V::COUNT);
                 simd.call(
                     #[inline(always)]
@@ -185,8 +199,8 @@ impl Tracer<'_> {
         entry: Option<&Node8>,
     ) {
         let all = (1_u32 << count) - 1;
-        let (lower, upper) = frustum::origins::<V, O>(simd, &self.scratch.of::<V>().packets[..], all);
-        let is_near = frustum::is_near(lower, upper);
+        let (lower, upper) = origin_box::<V, O>(simd, &self.scratch.of::<V>().packets[..], all);
+        let is_near = is_near(lower, upper);
         let point = Vec3::from(lower);
         let extent = (Vec3::from(upper) - point).length();
         let kind = O::kind(ANY);
@@ -225,7 +239,7 @@ impl Tracer<'_> {
             }
             self.traverse_bundle::<B, V, O, ANY>(simd, blocks, packets, &culling);
         }
-        let is_small = count < PACKETS / 2;
+        let is_small = CoherencePolicy::is_small(count);
         self.policy
             .end_bundle(kind, count * V::COUNT, self.tasks.len(), is_single, is_small);
         simd.call(

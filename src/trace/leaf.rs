@@ -1,5 +1,5 @@
-//! Leaf blocks against the packets of a bundle: triangles for rays with a shared origin (separate origins:
-//! [`sheared`](super::sheared)), spheres, and the canonical test.
+//! Leaf blocks of triangles against the packets of a bundle, for rays with a shared origin (separate origins:
+//! [`sheared`](super::sheared)), and the end of the canonical test for both.
 //!
 //!   two blocks -> edge functions from the origin, once per bundle, a lane per triangle
 //!     x bundle frustum, x packet frusta -> pairs of triangle and packet
@@ -8,27 +8,14 @@
 //! Triangles are culled by the maximum of their edge functions over a frustum, as in Dmitriev, Havran and Seidel 2004
 //! (*SIMD Shaft Culling*) and Benthin and Wald 2009. Differs: a lane is a triangle, a frustum a box of directions.
 
-use super::{
-    PACKETS, bits, bits64,
-    bundle::Culling,
-    origins::{RayOrigins, Shared},
-    rays::Packet,
-};
+use super::{PACKETS, bits, bits64, bundle::Culling, origins::Shared, rays::Packet, spheres::spheres};
 use crate::{
     accel::{Child, LeafBlocks},
-    geometry::{
-        EdgeFunctions, SphereBlock, TriangleLeaf, chord, meets, padded_boxes, padded_sphere_boxes,
-        sphere_hits,
-    },
+    geometry::{EdgeFunctions, TriangleLeaf, TriangleTest, meets, padded_boxes, weights},
     lanes::LANES,
-    simd::{
-        Column, Eight, EightLanes, LaneMask, Lanes, Memory, REGISTER_LANES, Simd, TriangleLanes, Vec3Lanes,
-    },
+    simd::{Column, EightLanes, LaneMask, Lanes, Memory, REGISTER_LANES, TriangleLanes, Vec3Lanes},
 };
 use glam::Vec3;
-
-/// Barycentric weights times twice the determinant: second corner, third, first.
-type Weights<V> = [V; 3];
 
 /// Lane `i` of eight vectors, in all lanes.
 #[inline(always)]
@@ -94,9 +81,7 @@ fn number<V: Lanes>(simd: V::Simd, column: &Column, i: usize) -> V {
 
 /// [`EdgeFunctions`] in memory: a broadcast from there is free.
 struct Functions {
-    u: Columns3,
-    v: Columns3,
-    w: Columns3,
+    functions: [Columns3; 3],
     normal: Columns3,
     plane: Column,
     tolerance: Column,
@@ -111,18 +96,17 @@ impl Functions {
     #[inline(always)]
     fn new<V: TriangleLanes>(edges: &EdgeFunctions<V>) -> Self {
         let mut functions = Self {
-            u: [EMPTY; 3],
-            v: [EMPTY; 3],
-            w: [EMPTY; 3],
+            functions: [[EMPTY; 3]; 3],
             normal: [EMPTY; 3],
             plane: EMPTY,
             tolerance: EMPTY,
             lowest: EMPTY,
             least: EMPTY,
         };
-        edges.u.store(&mut functions.u);
-        edges.v.store(&mut functions.v);
-        edges.w.store(&mut functions.w);
+        let ([u, v, w], [to_u, to_v, to_w]) = (edges.functions, &mut functions.functions);
+        u.store(to_u);
+        v.store(to_v);
+        w.store(to_w);
         edges.normal.store(&mut functions.normal);
         edges.plane.store(&mut functions.plane);
         edges.tolerance.store(&mut functions.tolerance);
@@ -131,27 +115,32 @@ impl Functions {
         functions
     }
 
-    /// The barycentric weights of the triangle in slot `i`, see [`EdgeFunctions::weights`].
+    /// The edge functions of the triangle in slot `i`, see [`EdgeFunctions::functions`].
     #[inline(always)]
-    fn weights<V: Lanes>(&self, d: &Vec3Lanes<V>, i: usize) -> Weights<V> {
+    fn of<V: Lanes>(&self, simd: V::Simd, i: usize) -> [Vec3Lanes<V>; 3] {
+        let [u, v, w] = &self.functions;
+        [place(simd, u, i), place(simd, v, i), place(simd, w, i)]
+    }
+
+    /// The canonical test of the triangle in slot `i`, see [`EdgeFunctions::test`].
+    #[inline(always)]
+    fn test<V: Lanes>(&self, d: Vec3Lanes<V>, i: usize, interval: (V, V)) -> TriangleTest<V> {
         let simd = d.x.simd();
-        [
-            d.dot(place(simd, &self.u, i)),
-            d.dot(place(simd, &self.v, i)),
-            d.dot(place(simd, &self.w, i)),
-        ]
+        TriangleTest::new(
+            weights(d, self.of(simd, i)),
+            [number(simd, &self.lowest, i), number(simd, &self.tolerance, i)],
+            (number(simd, &self.plane, i), d.dot(place(simd, &self.normal, i))),
+            interval,
+        )
     }
 
     /// Whether a ray may have a candidate in slot `i`: no weight is below [`Self::least`].
     #[inline(always)]
     fn may_hit<V: Lanes>(&self, d: &Vec3Lanes<V>, i: usize) -> bool {
         let simd = d.x.simd();
-        let weights = [
-            d.dot_about(place(simd, &self.u, i)),
-            d.dot_about(place(simd, &self.v, i)),
-            d.dot_about(place(simd, &self.w, i)),
-        ];
-        smallest(weights).ge(number(simd, &self.least, i)).any()
+        let [u, v, w] = self.of::<V>(simd, i);
+        let smallest = d.dot_about(u).min(d.dot_about(v)).min(d.dot_about(w));
+        smallest.ge(number(simd, &self.least, i)).any()
     }
 }
 
@@ -186,21 +175,9 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     {
         triangles &= frustum.triangles(&edges);
     }
-    // The triangles of each packet, a bit per slot. Each word has its own loop and no index, so that it stays in a
-    // register.
     let places = V::Triangles::COUNT;
     let packets_a_word = 64 / places;
-    let mut pairs = [0_u64; PACKETS / 4];
-    for (half, pairs) in pairs.as_chunks_mut::<2>().0.iter_mut().enumerate() {
-        for p in bits(packets >> (half * 8) & 0xff) {
-            let own = half * 8 + p;
-            let mut triangles = triangles & leaves.places_of(own);
-            if let Some(frustum) = culling.frustum {
-                triangles &= frustum.triangles_of(own, &edges);
-            }
-            put(pairs, p, packets_a_word, triangles);
-        }
-    }
+    let pairs = pairs(leaves, packets, triangles, culling, &edges);
     let functions = Functions::new(&edges);
     let mut candidates = [0_u8; PACKETS * PLACES];
     let mut count = 0;
@@ -225,26 +202,36 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
         let (p, i) = (usize::from(pair) / places, usize::from(pair) % places);
         let state = &mut states[p % PACKETS];
         let d = Vec3Lanes::<V>::load(simd, &state.direction);
-        let weights = functions.weights(&d, i);
-        let tolerance = [
-            number(simd, &functions.lowest, i),
-            number(simd, &functions.tolerance, i),
-        ];
-        let determinant = d.dot(place(simd, &functions.normal, i));
-        let t = number::<V>(simd, &functions.plane, i) / determinant;
-        let bounds = interval::<V>(state, place(simd, &first, i), place(simd, &last, i), culling);
-        let hit = hit::<B, V, ANY>(
-            state,
-            blocks[i / LANES % 2],
-            i % LANES,
-            tolerance,
-            weights,
-            t,
-            bounds,
-        );
+        let interval = interval::<V>(state, place(simd, &first, i), place(simd, &last, i), culling);
+        let test = functions.test(d, i, interval);
+        let hit = hit::<B, V, ANY>(state, blocks[i / LANES % 2], i % LANES, &test);
         taken |= u32::from(hit) << p;
     }
     taken
+}
+
+/// The triangles of each of `packets` that its frusta leave, a bit per slot. Each word has its own loop and no index, so
+/// that it stays in a register.
+#[inline(always)]
+fn pairs<V: Lanes>(
+    leaves: Leaves,
+    packets: u32,
+    triangles: u32,
+    culling: &Culling<'_, V>,
+    edges: &EdgeFunctions<V::Triangles>,
+) -> [u64; PACKETS / 4] {
+    let mut pairs = [0_u64; PACKETS / 4];
+    for (half, pairs) in pairs.as_chunks_mut::<2>().0.iter_mut().enumerate() {
+        for p in bits(packets >> (half * 8) & 0xff) {
+            let own = half * 8 + p;
+            let mut triangles = triangles & leaves.places_of(own);
+            if let Some(frustum) = culling.frustum {
+                triangles &= frustum.triangles_of(own, edges);
+            }
+            put(pairs, p, 64 / V::Triangles::COUNT, triangles);
+        }
+    }
+    pairs
 }
 
 /// Vectors in memory.
@@ -258,20 +245,17 @@ fn stored<V: TriangleLanes>(v: Vec3Lanes<V>) -> Columns3 {
 /// Sets the bits of packet `p` in `pairs`, with `each` packets per word. Without an index, so that both words stay in
 /// registers.
 #[inline(always)]
-fn put(pairs: &mut [u64; 2], p: usize, each: usize, bits: u32) {
+pub(super) fn put(pairs: &mut [u64; 2], p: usize, each: usize, bits: u32) {
     let is_high = u64::from(p >= each).wrapping_neg();
     let bits = u64::from(bits) << (p % each * (64 / each));
     pairs[0] |= bits & !is_high;
     pairs[1] |= bits & is_high;
 }
 
-/// With more packets than this, triangles are first tested against the frustum of all of them.
+/// With more packets than this, triangles are first tested against the frustum of all of them: one test more against
+/// those of packets that it saves.
+// Tuned: see docs/lab-notes.md#two-leaves
 const ALL_FIRST: u32 = 2;
-
-#[inline(always)]
-fn smallest<V: Lanes>([u, v, w]: Weights<V>) -> V {
-    u.min(v).min(w)
-}
 
 /// The boxes' corners ordered for the direction octant: where rays enter, then where they leave; lower and upper
 /// without an octant.
@@ -311,8 +295,7 @@ pub(super) fn interval<V: Lanes>(
     }
 }
 
-/// The canonical test of triangle `i` of a block, like [`EdgeFunctions::intersect`]. `tolerance`: negative, then
-/// positive. `bounds`: the rays' interval in its padded box. Returns whether a lane may have taken it, in occlusion
+/// Completes the canonical test of triangle `i` of a block. Returns whether a lane may have taken a hit, in occlusion
 /// whether all lanes are done.
 // Tuned: see docs/lab-notes.md#occlusion-without-branches
 #[inline(always)]
@@ -320,24 +303,17 @@ pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     state: &mut Packet<V::Memory>,
     block: &B,
     i: usize,
-    tolerance: [V; 2],
-    weights: Weights<V>,
-    t: V,
-    (near, far): (V, V),
+    test: &TriangleTest<V>,
 ) -> bool {
-    let simd = t.simd();
-    let t = t.max(near).min(far);
+    let (t, simd) = (test.t, test.t.simd());
     let best = V::load(simd, &state.t);
     // Tuned: see docs/lab-notes.md#nearer-first
-    let nearer = if ANY { t.lt(best) } else { t.le(best) };
-    let unknown = tolerance[1].eq(V::splat(simd, f32::INFINITY));
-    let ahead = near.le(far) & ((t.gt(V::splat(simd, 0.0)) & nearer) | unknown);
-    let smallest = smallest(weights);
-    let candidates = (ahead & smallest.ge(tolerance[0])).bits();
-    let hit = ahead & smallest.gt(tolerance[1]);
+    let ahead = test.ahead(if ANY { t.lt(best) } else { t.le(best) });
+    let candidates = (ahead & test.candidates()).bits();
+    let hit = ahead & test.sure();
     if hit.bits() != candidates {
         let mut columns = [V::Memory::ZERO; 6];
-        let [u, v, w] = weights;
+        let ([u, v, w], (near, far)) = (test.weights, test.interval);
         for (column, value) in columns.iter_mut().zip([u, v, w, t, near, far]) {
             value.store(column);
         }
@@ -352,7 +328,7 @@ pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
         return state.block::<V>(simd, hit);
     }
     if candidates != 0 {
-        state.offer::<V>(hit, t, block.id(i), weights);
+        state.offer::<V>(hit, t, block.id(i), test.weights);
     }
     candidates != 0
 }
@@ -388,79 +364,4 @@ fn unsure<B: TriangleLeaf, M: Memory, const ANY: bool>(
         taken = true;
     }
     taken
-}
-
-/// Tests a block of spheres (`all`: a bit each). Skips spheres whose boxes miss the packet's frustum (with separate
-/// origins, the bundle's).
-// Tuned: see docs/lab-notes.md#sphere-boxes
-#[inline(always)]
-pub(super) fn spheres<V: Lanes, O: RayOrigins, const ANY: bool>(
-    simd: V::Simd,
-    block: &SphereBlock,
-    mut all: u32,
-    culling: &Culling<'_, V>,
-    packets: u32,
-    states: &mut [Packet<V::Memory>; PACKETS],
-) -> u32 {
-    let (lower, upper): (Vec3Lanes<Eight<V>>, _) =
-        padded_sphere_boxes(simd.load3(&block.center), simd.load(&block.radius));
-    let mut pairs = [0_u64; PACKETS / 8];
-    if let Some(frustum) = culling.frustum {
-        let planes = [lower.x, lower.y, lower.z, upper.x, upper.y, upper.z];
-        let (met, seen) = frustum.boxes(&planes);
-        all &= met;
-        for p in bits(packets) {
-            let own = if O::ARE_SHARED {
-                frustum.boxes_of(p, &seen)
-            } else {
-                all
-            };
-            put(&mut pairs, p, 8, all & own);
-        }
-    } else {
-        for p in bits(packets) {
-            put(&mut pairs, p, 8, all);
-        }
-    }
-    let zero = V::splat(simd, 0.0);
-    let mut meets = [0_u8; PACKETS * LANES];
-    let mut met = 0;
-    for (word, pairs) in pairs.into_iter().enumerate() {
-        for pair in bits64(pairs) {
-            let (p, i) = (word * 8 + pair / 8, pair % 8);
-            let (_, discriminant) = chord_of::<V>(simd, &states[p % PACKETS], block, i);
-            meets[met % (PACKETS * LANES)] = (word * 64 + pair) as u8;
-            met += usize::from(discriminant.ge(zero).any());
-        }
-    }
-    let mut taken = 0;
-    for &pair in &meets[..met] {
-        let (p, i) = (usize::from(pair) / LANES, usize::from(pair) % LANES);
-        let state = &mut states[p % PACKETS];
-        let chord = chord_of::<V>(simd, state, block, i);
-        let o = Vec3Lanes::<V>::load(simd, &state.origin);
-        let interval = state.interval(vector(&lower, i) - o, vector(&upper, i) - o);
-        let (hit, t) = sphere_hits(chord, interval);
-        if ANY {
-            let hit = hit & t.lt(V::load(simd, &state.t));
-            taken |= u32::from(state.block::<V>(simd, hit)) << p;
-            continue;
-        }
-        if hit.any() {
-            // Tuned: see docs/lab-notes.md#nearer-first
-            let hit = hit & t.le(V::load(simd, &state.t));
-            state.offer::<V>(hit, t, block.id[i], [zero, zero, V::splat(simd, 1.0)]);
-            taken |= 1 << p;
-        }
-    }
-    taken
-}
-
-/// The [`chord`] of sphere `i`.
-#[inline(always)]
-fn chord_of<V: Lanes>(simd: V::Simd, state: &Packet<V::Memory>, block: &SphereBlock, i: usize) -> (V, V) {
-    let center = Vec3Lanes::splat(simd, block.center.lane(i));
-    let from_center = Vec3Lanes::load(simd, &state.origin) - center;
-    let radius = V::splat(simd, block.radius.as_array()[i]);
-    chord(from_center, Vec3Lanes::load(simd, &state.direction), radius)
 }

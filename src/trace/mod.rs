@@ -1,9 +1,14 @@
 //! Traces rays through the BVH: closest hits and occlusion.
 //!
 //! ```text
-//! rays -> packets of 8, 16 or 32 -> bundles of up to 16 packets, which share one traversal (group, bundle)
-//!                                -> incoherent rays: sorted first (order), or single rays (single)
-//!      -> result sink, in the order of the rays (sink)
+//! ray: a lane of a packet -- packet: 8, 16 or 32 rays -- bundle: up to 16 packets, one traversal      (group, policy)
+//!   |  incoherent rays: sorted first (order), or single rays, 32 in flight (single)
+//!   v
+//! node: 8 boxes       x bundle frustum, then x packet frusta or rays -> child, packets, nearest       (bundle, stack)
+//!   v
+//! leaf block: up to 8 triangles or spheres     x packets -> candidates -> canonical test     (leaf, sheared, spheres)
+//!   v
+//! result sink: hits or bits, in the order of the rays                                                          (sink)
 //! ```
 //! All methods find the same hits, bit for bit: they differ only in the boxes that they skip, and skipped boxes hold no
 //! hit. A [`Tracer`] chooses by how coherent the last rays were (policy). Measurements: docs/lab-notes.md.
@@ -33,6 +38,7 @@ mod sink;
 mod slabs;
 mod slopes;
 mod slots;
+mod spheres;
 mod stack;
 mod visit;
 
@@ -64,7 +70,8 @@ pub const BUNDLE: usize = 2 * BUNDLE_OF_16;
 /// The most [`RayPacket`]s of a bundle whose packets hold sixteen rays.
 const BUNDLE_OF_16: usize = PACKETS * REGISTER_LANES / LANES;
 
-/// Capacity for single-ray tasks: more than a bundle leaves, except in odd scenes.
+/// Capacity for single-ray tasks, 48 kB a tracer: more than a bundle leaves, except in odd scenes, where it grows.
+// Tuned: see docs/lab-notes.md#slots
 const BUFFERED_TASKS: usize = 4096;
 
 /// Traces rays through one BVH. Owns the memory of traversal: make one per thread and reuse it.

@@ -1,12 +1,13 @@
 //! The differences between rays with a shared origin and rays with separate origins.
 
 use super::{
-    Tracer,
+    PACKETS, Tracer, bits,
     bundle::Culling,
     entering::{Entering, entering, entering_by_packet},
     leaf::{self, Leaves},
     pairs::Pairs,
     policy::{ENTRY_PACKETS, RayKind},
+    rays::Packet,
     scratch::{BundleScratch, RayLanes},
     sheared,
     slabs::enter,
@@ -16,7 +17,7 @@ use crate::{
     accel::LeafBlocks,
     geometry::TriangleLeaf,
     lanes::{F32x8, LANES},
-    simd::{EightLanes, Lanes, REGISTER_LANES, Simd},
+    simd::{EightLanes, Lanes, Memory, REGISTER_LANES, Simd},
 };
 use glam::Vec3;
 
@@ -221,4 +222,45 @@ impl RayOrigins for Separate {
             || sheared::separate_origins::<B, V, ANY>(simd, blocks, leaf, culling, lines, candidates, states),
         )
     }
+}
+
+/// Rays from farther away have no frustum: products with their origins might overflow, and 0 times infinity is NaN.
+const FARTHEST_ORIGIN: f32 = 1e18;
+
+/// Whether a box of origins is near enough for a frustum.
+#[inline(always)]
+pub(super) fn is_near(lower: [f32; 3], upper: [f32; 3]) -> bool {
+    let mut is_near = true;
+    for axis in 0..3 {
+        is_near &= lower[axis] >= -FARTHEST_ORIGIN && upper[axis] <= FARTHEST_ORIGIN;
+    }
+    is_near
+}
+
+/// The box of the packets' origins: lower and upper corner.
+#[inline(always)]
+pub(super) fn origin_box<V: Lanes, O: RayOrigins>(
+    simd: V::Simd,
+    packets: &[Packet<V::Memory>],
+    members: u32,
+) -> ([f32; 3], [f32; 3]) {
+    let first = &packets[members.trailing_zeros() as usize % packets.len()];
+    if O::ARE_SHARED {
+        let [x, y, z] = &first.origin;
+        let origin = [x.place(0), y.place(0), z.place(0)];
+        return (origin, origin);
+    }
+    let (mut origin_lower, mut origin_upper) = ([0.0; 3], [0.0; 3]);
+    for axis in 0..3 {
+        let (mut lower, mut upper) = (
+            V::load(simd, &first.origin[axis]),
+            V::load(simd, &first.origin[axis]),
+        );
+        for p in bits(members) {
+            let o = V::load(simd, &packets[p % PACKETS].origin[axis]);
+            (lower, upper) = (lower.min(o), upper.max(o));
+        }
+        (origin_lower[axis], origin_upper[axis]) = (lower.fold_min().min_lane(), upper.fold_max().max_lane());
+    }
+    (origin_lower, origin_upper)
 }

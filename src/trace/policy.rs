@@ -3,7 +3,8 @@
 //! ```text
 //! kind of rays, cost of the last groups -> group size; unsorted or sorted; bundles or single rays
 //! ```
-//! Every heuristic that depends on earlier rays is here. It changes only the time, never the hits.
+//! Every heuristic about grouping is here, except the rule of [two rays](super::entering), which is part of a loop. They
+//! change only the time, never the hits.
 
 /// Selects a traversal method; all give the same hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,11 +41,31 @@ impl RayKind {
 }
 
 /// [`RayPacket`](crate::ray::RayPacket)s with a shared origin that share one [`entry`](super::entry): four bundles of
-/// 256 rays, or eight of 128.
+/// 256 rays, or eight of 128. More share the cost of finding it; fewer have a narrower one.
+// Tuned: see docs/lab-notes.md#entry-nodes
 pub(super) const ENTRY_PACKETS: usize = 128;
 
-/// Groups that skip sorting after it did not help.
+/// Groups that skip sorting after it did not help: time for sorting in vain against rays that become sortable.
 const SKIPPED_SORTS: u32 = 8;
+
+/// Sorting rays with separate origins pays if one sampled packet in this many has rays through more than one face of a
+/// cube map.
+const MIXED_ONE_IN: usize = 4;
+
+/// Sorting rays with a shared origin pays if one sampled packet in this many is [spread](SPREAD).
+const SPREAD_ONE_IN: usize = 5;
+
+/// A packet is spread if the square around its rays' targets exceeds its share of the square around all targets by this
+/// factor. (On a smooth surface it is at most about 2.)
+pub(super) const SPREAD: f32 = 2.5;
+
+/// Fewer packets with a shared origin are not sorted: they are half a bundle, and sorting costs as much as for many.
+pub(super) const FEWEST_SORTED: usize = 32;
+
+/// With more primitives per ray in the way than this, rays go singly through an instance: triangles are smaller than the
+/// gaps between rays.
+// Tuned: see docs/lab-notes.md#sparse-instances
+const SPARSE: usize = 8;
 
 /// A single ray through a subtree costs about as much as this many packets at a leaf.
 const ALONE: usize = 8;
@@ -82,9 +103,13 @@ impl CoherencePolicy {
         }
     }
 
-    /// Uses another method from now on.
-    pub fn hold_to(&mut self, method: Method) {
-        self.method = method;
+    /// From now on uses `method` for rays through an instance, or single rays if many primitives are in the way of few rays.
+    pub fn suit_instance(&mut self, method: Method, rays: usize, primitives: f32) {
+        let are_sparse = (rays * SPARSE) as f32 <= primitives;
+        self.method = match method {
+            Method::Adaptive if are_sparse => Method::Single,
+            method => method,
+        };
     }
 
     /// Returns the selected method.
@@ -122,6 +147,24 @@ impl CoherencePolicy {
         pays && self.method == Method::Adaptive
     }
 
+    /// Returns whether sorting pays if so many of the sampled packets with separate origins are mixed.
+    #[inline(always)]
+    pub fn sorts_mixed(mixed: usize, sampled: usize) -> bool {
+        mixed * MIXED_ONE_IN >= sampled
+    }
+
+    /// Returns whether sorting may pay for so many packets with a shared origin.
+    #[inline(always)]
+    pub fn sorts_many(packets: usize) -> bool {
+        packets >= FEWEST_SORTED
+    }
+
+    /// Returns whether sorting pays if so many of the sampled packets with a shared origin are [spread](SPREAD).
+    #[inline(always)]
+    pub fn sorts_spread(spread: usize, sampled: usize) -> bool {
+        spread * SPREAD_ONE_IN >= sampled
+    }
+
     /// Records that a sorted group was traced: if bundles were still incoherent, sorting was in vain.
     #[inline(always)]
     pub fn traced_sorted(&mut self, kind: RayKind) {
@@ -150,8 +193,14 @@ impl CoherencePolicy {
         self.leaf_statistics.packets += packets;
     }
 
-    /// Ends a bundle of `rays` with `alone` single-ray tasks, several for some rays. `is_small`: less than half of a bundle, as
-    /// at a picture's edge, which says nothing about others.
+    /// Returns whether so many packets are less than half of a bundle, as at a picture's edge, which says nothing about
+    /// others.
+    #[inline(always)]
+    pub fn is_small(packets: usize) -> bool {
+        packets < super::PACKETS / 2
+    }
+
+    /// Ends a bundle of `rays` with `alone` single-ray tasks, several for some rays. `is_small`: see [`Self::is_small`].
     #[inline(always)]
     pub fn end_bundle(&mut self, kind: RayKind, rays: usize, alone: usize, was_single: bool, is_small: bool) {
         let backoff = &mut self.backoff[kind as usize];
@@ -320,6 +369,30 @@ mod tests {
         policy.traced_sorted(kind);
         let skipped = (0..20).take_while(|_| !policy.wants_sorting(kind)).count();
         assert_eq!(skipped, SKIPPED_SORTS as usize);
+    }
+
+    #[test]
+    fn rays_are_sorted_where_enough_packets_diverge() {
+        assert!(CoherencePolicy::sorts_mixed(16, 64) && !CoherencePolicy::sorts_mixed(15, 64));
+        assert!(CoherencePolicy::sorts_spread(13, 64) && !CoherencePolicy::sorts_spread(12, 64));
+        assert!(
+            CoherencePolicy::sorts_many(32) && !CoherencePolicy::sorts_many(31),
+            "half a bundle"
+        );
+        assert!(CoherencePolicy::is_small(7) && !CoherencePolicy::is_small(8));
+    }
+
+    #[test]
+    fn rays_go_singly_through_instances_whose_triangles_are_smaller_than_the_gaps_between_them() {
+        let suited = |method, rays, primitives| {
+            let mut policy = CoherencePolicy::new(Method::Adaptive);
+            policy.suit_instance(method, rays, primitives);
+            policy.method()
+        };
+        // A tree of 100,000 triangles far away, and filling the picture.
+        assert_eq!(suited(Method::Adaptive, 200, 100_000.0), Method::Single);
+        assert_eq!(suited(Method::Adaptive, 2048, 10_000.0), Method::Adaptive);
+        assert_eq!(suited(Method::Packet, 200, 100_000.0), Method::Packet);
     }
 
     #[test]

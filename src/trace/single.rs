@@ -265,9 +265,7 @@ pub(super) fn triangle_block<S: Simd>(
     let (slabs, direction) = (ray.slabs(simd), simd.splat3(ray.direction));
     let corners = block.load(simd);
     let edges = EdgeFunctions::new(&corners, slabs.origin);
-    let weights = edges.weights(direction);
-    let candidates = edges.candidates(weights) & leaf.count_bits();
-    edges.intersect(candidates, weights, (block, &corners), &slabs, direction)
+    edges.intersect(leaf.count_bits(), (block, &corners), &slabs, direction)
 }
 
 /// The canonical test of a block of spheres: lanes that hit, a bit each, distances, and where the ray leaves.

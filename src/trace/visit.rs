@@ -114,7 +114,8 @@ pub(crate) trait HitSink {
 /// What is yet to visit: a lower bound on where the ray enters it, and a node or leaf.
 type Stack = Vec<(f32, Child)>;
 
-/// Nodes and leaves that [`visit_all`] prefetches at a time.
+/// Nodes and leaves that [`visit_all`] prefetches at a time: time for memory to arrive against lines that leave the cache.
+// Tuned: see docs/lab-notes.md#all-hits
 const QUEUE: usize = 64;
 
 thread_local! {

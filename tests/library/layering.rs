@@ -100,6 +100,11 @@ const NAMES_CLAP: [&str; 2] = ["cli/args/", "cli/commands/shell.rs"];
 
 const MOST_LINES: usize = 500;
 
+/// Modules whose files are shorter: what is hard to read is read in parts.
+const SHORT: [&str; 3] = ["trace", "simd", "geometry"];
+const MOST_LINES_OF_SHORT: usize = 400;
+const MOST_LINES_OF_FUNCTION: usize = 80;
+
 fn module(path: &str) -> &str {
     path.trim_end_matches(".rs").split('/').next().unwrap_or(path)
 }
@@ -110,8 +115,20 @@ fn complaints(path: &str, source: &str) -> Vec<String> {
     let module = module(path);
     let mut found = Vec::new();
     let lines = source.lines().count();
-    if lines > MOST_LINES {
-        found.push(format!("{path}: {lines} lines, at most {MOST_LINES} are allowed"));
+    let most = if SHORT.contains(&module) {
+        MOST_LINES_OF_SHORT
+    } else {
+        MOST_LINES
+    };
+    if lines > most {
+        found.push(format!("{path}: {lines} lines, at most {most} are allowed"));
+    }
+    if SHORT.contains(&module) {
+        for (name, lines) in functions(source) {
+            if lines > MOST_LINES_OF_FUNCTION {
+                found.push(format!("{path}: `{name}` has {lines} lines"));
+            }
+        }
     }
     for (name, place) in ONLY_IN {
         if facts.crates.contains(name) && !path.starts_with(place) {
@@ -170,6 +187,36 @@ fn complaints(path: &str, source: &str) -> Vec<String> {
     for used in &facts.uses {
         if !allowed.contains(used.as_str()) {
             found.push(format!("{path}: uses `{used}`, which {module} may not"));
+        }
+    }
+    found
+}
+
+/// The functions of formatted source and their lines, without those of an inner module of tests.
+fn functions(source: &str) -> Vec<(&str, usize)> {
+    let source = source.split("#[cfg(test)]\nmod tests {").next().unwrap_or(source);
+    let lines: Vec<&str> = source.lines().collect();
+    let mut found = Vec::new();
+    for (start, line) in lines.iter().enumerate() {
+        let code = line.trim_start();
+        let Some((before, after)) = code.split_once("fn ") else {
+            continue;
+        };
+        let is_qualifier = |word: &str| word.starts_with("pub") || matches!(word, "const" | "unsafe");
+        if !before.split_whitespace().all(is_qualifier) {
+            continue;
+        }
+        let name = after.split(|c: char| !c.is_alphanumeric() && c != '_').next();
+        let end = format!("{}}}", &line[..line.len() - code.len()]);
+        let length = lines[start..].iter().position(|line| **line == end);
+        // A function without a body ends on its first lines.
+        let body = lines[start..]
+            .iter()
+            .position(|line| line.ends_with('{') || line.ends_with(';'));
+        if let (Some(name), Some(length), Some(body)) = (name, length, body)
+            && lines[start + body].ends_with('{')
+        {
+            found.push((name, length + 1));
         }
     }
     found
@@ -278,7 +325,13 @@ fn offenders_are_caught() {
     caught("viewer/mod.rs", "fn f() { io::stdout(); }");
     caught("attic/mod.rs", "fn f() {}");
     caught("math.rs", &"\n".repeat(MOST_LINES + 1));
+    caught("trace/leaf.rs", &"\n".repeat(MOST_LINES_OF_SHORT + 1));
     caught("math.rs", "mod inner { use super::super::simd; }");
+    let long = format!(
+        "impl S {{\n    fn f() {{\n{}    }}\n}}\n",
+        "        g();\n".repeat(79)
+    );
+    caught("trace/mod.rs", &long);
 }
 
 #[test]

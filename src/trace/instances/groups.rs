@@ -15,7 +15,8 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Packets of a group.
+/// Packets of a group, a bit each: more share a descent, and spread further.
+// Tuned: see docs/lab-notes.md#sparse-instances
 pub(super) const PACKETS: usize = 32;
 
 /// A child that some packets, a bit each, have yet to visit, and a lower bound on where they enter it.

@@ -5,14 +5,8 @@ use crate::{
     lanes::{F32x8, LANES, Vec3x8},
     math::Aabb,
     ray::{HitPacket, Origins, Ray, RayPacket},
-    trace::Method,
 };
 use std::ops::Range;
-
-/// With more primitives per ray in the way than this, single rays are traced: triangles are smaller than the gaps between
-/// rays.
-// Tuned: see docs/lab-notes.md#sparse-instances
-const SPARSE: usize = 8;
 
 /// A ray that meets an instance.
 #[derive(Clone, Copy, Debug)]
@@ -88,11 +82,9 @@ impl Instances<'_> {
             } else {
                 1.0
             };
-        let are_sparse = (met.len() * SPARSE) as f32 <= in_the_way;
-        self.nested.policy.hold_to(match self.method {
-            Method::Adaptive if are_sparse => Method::Single,
-            method => method,
-        });
+        self.nested
+            .policy
+            .suit_instance(self.method, met.len(), in_the_way);
         self.nested.through(bvh);
         if is_any {
             blocked.resize(rays.len(), 0);
