@@ -39,8 +39,12 @@ pub struct Stack {
 
 /// Returns the closest hit and its cost, without that of planes. Nearer children are visited first. Packets and bundles
 /// share some of this cost.
+///
+/// # Panics
+/// If the hierarchy was built from another scene.
 #[must_use]
 pub fn closest_hit(scene: &Scene, bvh: &Bvh, stack: &mut Stack, ray: &Ray) -> (SceneHit, Cost) {
+    assert!(bvh.is_of(scene), "the hierarchy of another scene");
     at_level!(Level::current(), |simd| counted(simd, scene, bvh, stack, ray))
 }
 

@@ -11,8 +11,16 @@ use crate::{
 impl<'a> Tracer<'a> {
     /// Lets rays pass where surfaces of `scene`, which the BVH was built from, are cut out, and occlusion rays where little
     /// of them is seen. Else all surfaces are whole.
+    ///
+    /// # Panics
+    /// If the BVH was built from another scene.
     #[must_use]
-    pub fn through_cut_outs(mut self, scene: &'a Scene) -> Self {
+    pub fn through_cut_outs(self, scene: &'a Scene) -> Self {
+        self.check(scene).pass_cut_outs(scene)
+    }
+
+    /// As [`through_cut_outs`](Self::through_cut_outs), for the BVH of a prototype as well.
+    pub(super) fn pass_cut_outs(mut self, scene: &'a Scene) -> Self {
         self.cut_outs = scene.has_cut_outs().then_some(scene);
         self
     }

@@ -163,7 +163,7 @@ impl<'a> Instances<'a> {
             group: groups::Group::default(),
             waves: waves::Waves::default(),
             images: images::Images::default(),
-            nested: nested.through_cut_outs(scene),
+            nested: nested.pass_cut_outs(scene),
         }))
     }
 
@@ -254,8 +254,12 @@ impl<'a> Tracer<'a> {
     }
 
     /// Lets rays hit the instances of `scene`, too, which the BVH was built from.
+    ///
+    /// # Panics
+    /// If the BVH was built from another scene.
     #[must_use]
     pub fn with_instances(mut self, scene: &'a Scene) -> Self {
+        self = self.check(scene);
         let level = self.level;
         self.instances = Instances::of(scene, self.bvh.instanced(), self.policy.method());
         if let Some(instances) = &mut self.instances {
@@ -265,6 +269,9 @@ impl<'a> Tracer<'a> {
     }
 
     /// Lets rays hit all of `scene`, which the BVH was built from, with planes, instances and cut-outs.
+    ///
+    /// # Panics
+    /// If the BVH was built from another scene.
     #[must_use]
     pub fn of_scene(self, scene: &'a Scene) -> Self {
         self.through_cut_outs(scene)

@@ -129,6 +129,12 @@ impl<'a> Tracer<'a> {
         }
     }
 
+    /// Checks that the BVH was built from this scene: ids would be those of other primitives.
+    fn check(self, scene: &Scene) -> Self {
+        assert!(self.bvh.is_of(scene), "the hierarchy of another scene");
+        self
+    }
+
     /// Sets the instruction set, by default the [current](Level::current) level. All give the same hits.
     #[must_use]
     pub fn at_level(mut self, level: Level) -> Self {

@@ -14,8 +14,12 @@ const MARGIN: f32 = 1e-5;
 
 impl<'a> Tracer<'a> {
     /// Lets rays hit the planes of `scene`, too, which the BVH was built from.
+    ///
+    /// # Panics
+    /// If the BVH was built from another scene.
     #[must_use]
     pub fn with_planes(mut self, scene: &'a Scene) -> Self {
+        self = self.check(scene);
         self.planes = scene.planes();
         self.first_plane = scene.plane_id(0);
         self
@@ -171,6 +175,13 @@ mod tests {
                 assert_eq!(blocked[0] != 0, expected != PrimitiveId::NONE);
             }
         }
+    }
+
+    #[test]
+    #[should_panic(expected = "the hierarchy of another scene")]
+    fn a_tracer_refuses_a_scene_that_its_hierarchy_is_not_of() {
+        let bvh = Bvh::build(&scene());
+        let _ = Tracer::new(&bvh).of_scene(&scene());
     }
 
     #[test]
