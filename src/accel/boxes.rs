@@ -187,7 +187,8 @@ pub(super) fn into_ids(boxes: Vec<Box8>) -> Vec<PrimitiveId> {
     boxes.map(|b| b.id()).collect()
 }
 
-/// This many boxes are sampled to find out whether many are equal.
+/// This many boxes are sampled to find out whether many are equal: time for each build against certainty.
+// Estimate: see docs/lab-notes.md#estimates
 const SAMPLE: usize = 4096;
 
 /// Whether many boxes of a sample are equal. Pairs are ignored: both triangles of an axis-aligned rectangle have one box.

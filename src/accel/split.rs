@@ -13,7 +13,8 @@ use crate::{
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// The most bins of an axis: a power of two, so that a masked index needs no check.
+/// The most bins of an axis: a power of two, so that a masked index needs no check. More find better planes in more time.
+// Estimate: see docs/lab-notes.md#estimates
 const BINS: usize = 16;
 
 /// How thorough a build is.
@@ -27,7 +28,9 @@ pub(super) struct Effort {
     pub(super) divides_blocks: bool,
 }
 
-/// Larger sets are binned and divided in parallel, in chunks of half of it.
+/// Sets of more primitives are binned and divided in parallel, in chunks of half of it: idle threads against the cost of
+/// tasks.
+// Estimate: see docs/lab-notes.md#estimates
 const PARALLEL: usize = 1 << 15;
 const CHUNK: usize = 1 << 14;
 

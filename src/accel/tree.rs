@@ -26,7 +26,8 @@ pub(super) fn subtree_size(count: usize) -> usize {
     (count / 32).clamp(1024, 4096)
 }
 
-/// Larger sets find their centres' box in parallel.
+/// Sets of more primitives find their centres' box in parallel: idle threads against the cost of tasks.
+// Estimate: see docs/lab-notes.md#estimates
 pub(super) const PARALLEL: usize = 1 << 15;
 
 /// The number of levels that the [`Divider`] decides in a tree of `count` primitives; below, sets are halved.

@@ -26,9 +26,11 @@ const RAYS: usize = PACKETS * LANES;
 const SQUARES: usize = 6 * 4;
 
 /// One in this many packets is sampled for the policy's decisions: time against certainty.
+// Estimate: see docs/lab-notes.md#estimates
 const SAMPLED: usize = 8;
 
 /// Cells along either side of the square in which rays with a shared origin are sorted: a group has four rays a cell.
+// Estimate: see docs/lab-notes.md#estimates
 const CELLS: usize = 32;
 
 /// Memory for sorting.
