@@ -81,7 +81,7 @@ fn number<V: Lanes>(simd: V::Simd, column: &Column, i: usize) -> V {
 
 /// [`EdgeFunctions`] in memory: a broadcast from there is free.
 struct Functions {
-    functions: [Columns3; 3],
+    edges: [Columns3; 3],
     normal: Columns3,
     plane: Column,
     tolerance: Column,
@@ -96,14 +96,14 @@ impl Functions {
     #[inline(always)]
     fn new<V: TriangleLanes>(edges: &EdgeFunctions<V>) -> Self {
         let mut functions = Self {
-            functions: [[EMPTY; 3]; 3],
+            edges: [[EMPTY; 3]; 3],
             normal: [EMPTY; 3],
             plane: EMPTY,
             tolerance: EMPTY,
             lowest: EMPTY,
             least: EMPTY,
         };
-        let ([u, v, w], [to_u, to_v, to_w]) = (edges.functions, &mut functions.functions);
+        let ([u, v, w], [to_u, to_v, to_w]) = (edges.functions, &mut functions.edges);
         u.store(to_u);
         v.store(to_v);
         w.store(to_w);
@@ -118,7 +118,7 @@ impl Functions {
     /// The edge functions of the triangle in slot `i`, see [`EdgeFunctions::functions`].
     #[inline(always)]
     fn of<V: Lanes>(&self, simd: V::Simd, i: usize) -> [Vec3Lanes<V>; 3] {
-        let [u, v, w] = &self.functions;
+        let [u, v, w] = &self.edges;
         [place(simd, u, i), place(simd, v, i), place(simd, w, i)]
     }
 
