@@ -138,29 +138,16 @@ const FLAT: f64 = 8.0;
 
 /// Another axis that is more likely up than `assumed`, and why.
 ///
-/// Only a mesh that has no base where it should stand is doubted, and only if it has one elsewhere, or is much longer
-/// or thinner along another axis. A sample of the triangles decides.
+/// A mesh is doubted if it is much longer along that axis, or if it has no base where it should stand but has one
+/// elsewhere, or is much thinner along another axis. A sample of the triangles decides.
 pub(super) fn doubt(mesh: &TriangleMesh, assumed: UpAxis) -> Option<(UpAxis, String)> {
     let sample = Sample::of(mesh)?;
-    if sample.base(assumed) >= NO_BASE {
-        return None;
-    }
     let size = sample.size;
     if size.min_element() <= 0.0 {
         // A wall is as likely as a ground.
         return None;
     }
     let up = assumed.index();
-    let others = UpAxis::ALL.into_iter().filter(|axis| axis.index() != up);
-    let with_base: Vec<UpAxis> = others.filter(|&axis| sample.base(axis) >= BASE).collect();
-    match with_base[..] {
-        [] => {}
-        [axis] if axis.index() != UpAxis::X.index() => {
-            return Some((axis, format!("its flat side faces {}", axis.opposite())));
-        }
-        // Walls, or an axis that hardly any program takes for up.
-        _ => return None,
-    }
     let axis = if up == UpAxis::Y.index() {
         UpAxis::Z
     } else {
@@ -169,11 +156,20 @@ pub(super) fn doubt(mesh: &TriangleMesh, assumed: UpAxis) -> Option<(UpAxis, Str
     let i = axis.index();
     let (along, a, b) = (size[i], size[(i + 1) % 3], size[(i + 2) % 3]);
     if along > UPRIGHT * a.max(b) {
-        Some((axis, format!("it is longest along {axis}")))
-    } else if FLAT * along < a.min(b) {
-        Some((axis, format!("it is thinnest along {axis}")))
-    } else {
-        None
+        return Some((axis, format!("it is longest along {axis}")));
+    }
+    if sample.base(assumed) >= NO_BASE {
+        return None;
+    }
+    let others = UpAxis::ALL.into_iter().filter(|axis| axis.index() != up);
+    let with_base: Vec<UpAxis> = others.filter(|&axis| sample.base(axis) >= BASE).collect();
+    match with_base[..] {
+        [] if FLAT * along < a.min(b) => Some((axis, format!("it is thinnest along {axis}"))),
+        [axis] if axis.index() != UpAxis::X.index() => {
+            Some((axis, format!("its flat side faces {}", axis.opposite())))
+        }
+        // Walls, or an axis that hardly any program takes for up.
+        _ => None,
     }
 }
 
@@ -286,6 +282,10 @@ mod tests {
         );
         let tower = open_box([1.0, 1.0, 5.0], false, false);
         assert_eq!(reason(&tower, UpAxis::Y), "it is longest along z");
+        let lying = open_box([5.0, 1.0, 1.0], true, true);
+        assert_eq!(doubt(&lying, UpAxis::Z), None);
+        let column = open_box([1.0, 1.0, 5.0], true, true);
+        assert_eq!(reason(&column, UpAxis::Y), "it is longest along z");
         let terrain = open_box([10.0, 10.0, 1.0], false, false);
         assert_eq!(reason(&terrain, UpAxis::Y), "it is thinnest along z");
         let car = open_box([1.8, 1.4, 4.5], false, false);
