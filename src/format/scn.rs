@@ -254,10 +254,13 @@ impl Reader<'_> {
     }
 }
 
+/// The hint about comments of other languages.
+const COMMENT_HINT: &str = "`#` does not start a comment, expected `//`";
+
 /// Hints about words of other formats and languages.
 fn hint(keyword: &[u8]) -> Option<&'static str> {
     match keyword {
-        [b'#', ..] => Some("`#` does not start a comment, expected `//`"),
+        [b'#', ..] => Some(COMMENT_HINT),
         b"ply" => Some("this looks like a PLY mesh, expected a scene; `mesh PATH` places a mesh in a scene"),
         b"solid" => {
             Some("this looks like an STL mesh, expected a scene; `mesh PATH` places a mesh in a scene")

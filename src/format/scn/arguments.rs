@@ -1,6 +1,7 @@
 //! Takes the words of a statement in order: numbers, keys and the numbers of keys.
 
 use super::{
+    COMMENT_HINT,
     line::Line,
     nearest::{list_or_end, nearest},
     words::Word,
@@ -105,7 +106,17 @@ impl<'l, 'a> Arguments<'l, 'a> {
             self.usage,
             self.hint
         );
-        Err(self.line.error_at(&extra, message))
+        Err(self.unexpected(&extra, message))
+    }
+
+    /// The error about a word that does not belong here.
+    pub(super) fn unexpected(&self, word: &Word<'_>, message: String) -> LoadError {
+        let message = if word.text.starts_with(b"#") {
+            format!("found {}: {COMMENT_HINT}", quote(word.text))
+        } else {
+            message
+        };
+        self.line.error_at(word, message)
     }
 
     /// Takes the next key, one of `keys`; `None` at the end of the line.
@@ -129,7 +140,7 @@ impl<'l, 'a> Arguments<'l, 'a> {
                 self.hint
             ),
         };
-        Err(self.line.error_at(&word, message))
+        Err(self.unexpected(&word, message))
     }
 
     /// As [`Arguments::key`], for keys that a statement has at most once.

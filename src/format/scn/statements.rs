@@ -130,7 +130,7 @@ impl Reader<'_> {
                     "found {} after `material own`, expected the end of the line",
                     quote(extra.text)
                 );
-                return Err(arguments.line.error_at(&extra, message));
+                return Err(arguments.unexpected(&extra, message));
             }
             self.material = None;
             self.is_silhouette = true;
@@ -145,7 +145,7 @@ impl Reader<'_> {
                      `material {kind}`",
                     quote(extra.text)
                 );
-                return Err(arguments.line.error_at(&extra, message));
+                return Err(arguments.unexpected(&extra, message));
             }
             self.material = Some(classic);
             self.is_silhouette = classic == MaterialId::default();

@@ -122,6 +122,10 @@ fn counts() {
         "1:16: found `2` after `sphere x y z radius`, expected the end of the line"
     );
     assert_eq!(
+        fault("sphere 0 0 0 1 # a ball"),
+        "1:16: found `#`: `#` does not start a comment, expected `//`"
+    );
+    assert_eq!(
         fault("light 0 0 "),
         "1:10: `light` with 2 of 4 values, expected `light x y z intensity`"
     );
