@@ -85,6 +85,9 @@ pub(super) fn left_out(root: &Root, is_cloud: bool) -> LeftOut {
     if primitives().any(|p| has_vertex_alpha(root, p)) {
         left_out.add("vertex alpha");
     }
+    if primitives().any(|p| p.attributes.contains_key(&Checked::Invalid)) {
+        left_out.add("custom attributes of vertices");
+    }
     left_out.count(root.scenes.len().saturating_sub(1), "other scene", "other scenes");
     let is_listed = |name: &&str| !NOT_LISTED.iter().any(|known| name.starts_with(known));
     let used = root.extensions_used.iter().map(String::as_str);

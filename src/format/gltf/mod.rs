@@ -236,6 +236,8 @@ fn document(mut root: json::Root, path: &Path) -> Result<Document, LoadError> {
     for (i, mesh) in root.meshes.iter_mut().enumerate() {
         for (j, primitive) in mesh.primitives.iter_mut().enumerate() {
             primitive.targets = None;
+            // Names of their own, such as `_DENSITY`.
+            primitive.attributes.remove(&json::validation::Checked::Invalid);
             // The crate's own check looks positions up before it checks their index.
             let accessors = root.accessors.len();
             if let Some(index) = primitive

@@ -210,6 +210,11 @@ fn what_is_not_read_is_said() {
     assert_eq!(colors.columns.colors, [[0.0, 0.0, 1.0]; 6]);
     let more = changed(r#""NORMAL":1"#, r#""COLOR_1":1"#).expect("harmless");
     assert_eq!(more.notes, ["folder/a.gltf: left out: more vertex colours"]);
+    let own = changed(r#""NORMAL":1"#, r#""_DENSITY":1"#).expect("harmless");
+    assert_eq!(
+        own.notes,
+        ["folder/a.gltf: left out: custom attributes of vertices"]
+    );
     let without = changed(r#""POSITION":0,"NORMAL":1"#, r#""NORMAL":1"#).expect("nothing");
     assert!(without.columns.triangles.is_empty());
     assert_eq!(
