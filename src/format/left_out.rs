@@ -4,7 +4,7 @@ use crate::error::clip_path;
 use std::path::Path;
 
 /// How many names of one kind a note lists.
-const MOST_NAMES: usize = 4;
+pub(super) const MOST_NAMES: usize = 4;
 
 /// How many things a note lists. A hostile header may have thousands of elements.
 const MOST_THINGS: usize = 20;

@@ -3,7 +3,7 @@
 
 use super::super::{
     budget::Budget,
-    left_out::{LeftOut, counted},
+    left_out::{LeftOut, MOST_NAMES, counted, name_list},
     mesh::{Surface, add_texture_file},
     place::{TextFault, Words, after_mark},
     textures::Images,
@@ -36,7 +36,8 @@ pub(super) fn parse(
     most: usize,
 ) -> Result<Vec<(Vec<u8>, Surface)>, String> {
     let mut materials: Vec<Reading> = Vec::new();
-    let (mut start, mut textures, mut moved, mut has_faults) = (after_mark(text), 0, 0, false);
+    let mut left_out = NotRead::default();
+    let (mut start, mut has_faults) = (after_mark(text), false);
     for line in text[start..].split_inclusive(|&byte| byte == b'\n') {
         let mut words = Words::new(text, start..start + line.len());
         start += line.len();
@@ -71,34 +72,20 @@ pub(super) fn parse(
             b"d" => opacity(words).map(|opacity| material.opaque = Some(opacity)),
             b"tr" => number(&mut words).map(|share| material.transparent = share),
             b"disp" | b"decal" | b"bump" | b"refl" | b"norm" => {
-                textures += 1;
+                left_out.textures += 1;
                 add_texture_file(texture_files, path, &texture_file(words).name);
                 Some(())
             }
             _ if keyword.starts_with(b"map_") => {
                 let file = texture_file(words);
                 add_texture_file(texture_files, path, &file.name);
-                let map = match keyword.as_slice() {
-                    b"map_kd" => Some(&mut material.base),
-                    b"map_ke" => Some(&mut material.emission_map),
-                    b"map_d" => Some(&mut material.mask),
-                    _ => None,
-                };
-                let is_shown = map.is_some();
-                if let Some(map) = map {
-                    moved += usize::from(file.is_moved);
-                    let image = images.number(path, &file.name, budget);
-                    *map = image.map_err(|error| error.to_string())?.map(|image| Texture {
-                        image,
-                        wrap: [file.wrap; 2],
-                        nearest: false,
-                    });
-                    textures += usize::from(map.is_none());
-                }
-                textures += usize::from(!is_shown);
+                material.read_map(&keyword, &file, (path, &mut *images), budget, &mut left_out)?;
                 Some(())
             }
-            _ => Some(()),
+            _ => {
+                left_out.add_statement(written, words);
+                Some(())
+            }
         };
         // One note is enough to find the others.
         if read.is_none() && !std::mem::replace(&mut has_faults, true) {
@@ -106,33 +93,66 @@ pub(super) fn parse(
             notes.push(TextFault::new(place, message).into_error(text, path).to_string());
         }
     }
-    notes.extend(left_out(&materials, textures, moved).note(path));
+    notes.extend(left_out.list(&materials).note(path));
     let surfaces = materials.into_iter().map(Reading::finish);
     Ok(surfaces.collect())
 }
 
 /// What the library contains but octray does not read.
-fn left_out(materials: &[Reading], textures: usize, moved: usize) -> LeftOut {
-    let mut left_out = LeftOut::default();
-    left_out.count(textures, "texture", "textures");
-    left_out.count(
-        moved,
-        "offset or scale of a texture",
-        "offsets or scales of textures",
-    );
-    let count = |is: fn(&&Reading) -> bool| materials.iter().filter(is).count();
-    for (what, count) in [
-        (
-            "full transparency",
-            count(|material| material.opacity().is_none()),
-        ),
-        ("reflection or refraction", count(|material| material.is_traced)),
-    ] {
-        if count > 0 {
-            left_out.add(&format!("{what} of {}", counted(count, "material", "materials")));
+#[derive(Default)]
+struct NotRead<'a> {
+    textures: usize,
+    /// Textures that are offset or scaled.
+    moved: usize,
+    /// Keywords of other statements, each once, and not more than are listed.
+    statements: Vec<&'a [u8]>,
+}
+
+impl<'a> NotRead<'a> {
+    /// A statement of no known kind. Programs write many with values that change nothing.
+    fn add_statement(&mut self, keyword: &'a [u8], mut words: Words<'_>) {
+        let neutral = match keyword.to_ascii_lowercase().as_slice() {
+            // Ambient light takes the diffuse colour. The others matter to refraction only, which `illum` asks for.
+            [b'#', ..] | b"ka" | b"ni" | b"sharpness" => return,
+            // A filter of white changes nothing.
+            b"tf" => 1.0,
+            _ => 0.0,
+        };
+        let is_neutral =
+            words.all(|(word, _)| std::str::from_utf8(word).is_ok_and(|word| word.parse() == Ok(neutral)));
+        if !is_neutral && self.statements.len() <= MOST_NAMES && !self.statements.contains(&keyword) {
+            self.statements.push(keyword);
         }
     }
-    left_out
+
+    fn list(&self, materials: &[Reading]) -> LeftOut {
+        let mut left_out = LeftOut::default();
+        left_out.count(self.textures, "texture", "textures");
+        left_out.count(
+            self.moved,
+            "offset or scale of a texture",
+            "offsets or scales of textures",
+        );
+        let count = |is: fn(&&Reading) -> bool| materials.iter().filter(is).count();
+        for (what, count) in [
+            (
+                "full transparency",
+                count(|material| material.opacity().is_none()),
+            ),
+            ("reflection or refraction", count(|material| material.is_traced)),
+        ] {
+            if count > 0 {
+                left_out.add(&format!("{what} of {}", counted(count, "material", "materials")));
+            }
+        }
+        if !self.statements.is_empty() {
+            left_out.add(&format!(
+                "statements {}",
+                name_list(self.statements.iter().copied())
+            ));
+        }
+        left_out
+    }
 }
 
 /// A material that is being read.
@@ -169,6 +189,38 @@ impl Reading {
             emission_map: None,
             is_traced: false,
         }
+    }
+
+    /// Reads a statement `map_...`, whose keyword is in lower case.
+    ///
+    /// # Errors
+    /// The images do not fit into the budget.
+    fn read_map(
+        &mut self,
+        keyword: &[u8],
+        file: &TextureFile,
+        (path, images): (&Path, &mut Images),
+        budget: &Budget,
+        left_out: &mut NotRead<'_>,
+    ) -> Result<(), String> {
+        let map = match keyword {
+            b"map_kd" => &mut self.base,
+            b"map_ke" => &mut self.emission_map,
+            b"map_d" => &mut self.mask,
+            _ => {
+                left_out.textures += 1;
+                return Ok(());
+            }
+        };
+        left_out.moved += usize::from(file.is_moved);
+        let image = images.number(path, &file.name, budget);
+        *map = image.map_err(|error| error.to_string())?.map(|image| Texture {
+            image,
+            wrap: [file.wrap; 2],
+            nearest: false,
+        });
+        left_out.textures += usize::from(map.is_none());
+        Ok(())
     }
 
     /// How opaque it is; `None` if it would be invisible. That is mostly a mistake: some programs write `Tr 1` or `d 0` for
