@@ -2,9 +2,10 @@
 //! the arrays. Other layouts and faults are left to the slow path (`rows.rs`), which locates them.
 
 use super::{
+    columns::{Attributes, VertexColumns},
     faces::{Faces, upper_left},
     header::{Element, Header, Role, Step, color_scale},
-    rows::{Fault, reserve, zeroed},
+    rows::{Fault, zeroed},
     slots::{COLOR_SLOT, SLOTS, UV_SLOT},
 };
 use crate::{
@@ -12,9 +13,9 @@ use crate::{
     scene::{TriangleMesh, is_usable},
 };
 use glam::Vec3;
-use rayon::{iter::repeat_n, prelude::*};
+use rayon::prelude::*;
 use serde_ply::ScalarType;
-use std::iter::repeat_with;
+use std::iter::repeat_n;
 
 /// How many records are read at a time: few enough to stay in the cache.
 const PIECE: usize = 1 << 12;
@@ -102,12 +103,6 @@ impl VertexLayout {
     }
 }
 
-/// One part of an array for each piece of `count` records; the parts are empty if the array is.
-fn parts<T>(array: &mut [T], count: usize) -> Vec<&mut [T]> {
-    let parts = array.chunks_mut(PIECE).chain(repeat_with(Default::default));
-    parts.take(count.div_ceil(PIECE)).collect()
-}
-
 /// Reads the vertices that start at `at` and returns where they end. `None`, with `mesh` unchanged, if the slow path has
 /// to read them.
 pub(super) fn vertices<const BIG_ENDIAN: bool>(
@@ -130,55 +125,41 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
     if end > source.length() {
         return Ok(None);
     }
-    let count = element.count;
-    let (mut x, mut y, mut z) = (
-        zeroed(count, element, budget)?,
-        zeroed(count, element, budget)?,
-        zeroed(count, element, budget)?,
-    );
-    let mut normals = Vec::new();
-    if normal.is_some() {
-        // `vec!` takes zeroed pages only for numbers; vectors are written, so all threads take part.
-        reserve(&mut normals, count, element, budget)?;
-        normals.par_extend(repeat_n(Vec3::ZERO, count));
-    }
-    let mut colors = zeroed(if color.is_some() { count } else { 0 }, element, budget)?;
-    let mut uvs = zeroed(if uv.is_some() { count } else { 0 }, element, budget)?;
-    let pieces = (
-        x.par_chunks_mut(PIECE),
-        y.par_chunks_mut(PIECE),
-        z.par_chunks_mut(PIECE),
-        parts(&mut normals, count),
-        parts(&mut colors, count),
-        parts(&mut uvs, count),
-    );
-    let read = pieces.into_par_iter().enumerate().try_for_each_init(
-        Vec::new,
-        |buffer, (i, (x, y, z, normals, colors, uvs))| {
-            let records = source.piece(at + i * PIECE * stride, x.len() * stride, buffer)?;
+    let has = Attributes {
+        normals: normal.is_some(),
+        colors: color.is_some(),
+        uvs: uv.is_some(),
+    };
+    let mut columns = VertexColumns::zeroed(element, has, budget)?;
+    let pieces = columns.pieces(repeat_n(PIECE, element.count.div_ceil(PIECE)));
+    let read = pieces
+        .into_par_iter()
+        .enumerate()
+        .try_for_each_init(Vec::new, |buffer, (i, piece)| {
+            let records = source.piece(at + i * PIECE * stride, piece.x.len() * stride, buffer)?;
             let to_columns = triples::<BIG_ENDIAN>(records, stride, position, |i, [px, py, pz]| {
-                if let (Some(x), Some(y), Some(z)) = (x.get_mut(i), y.get_mut(i), z.get_mut(i)) {
+                if let (Some(x), Some(y), Some(z)) =
+                    (piece.x.get_mut(i), piece.y.get_mut(i), piece.z.get_mut(i))
+                {
                     (*x, *y, *z) = (px, py, pz);
                 }
             });
             let normals_too = normal.is_none_or(|normal| {
                 triples::<BIG_ENDIAN>(records, stride, normal, |i, normal| {
-                    if let Some(to) = normals.get_mut(i) {
+                    if let Some(to) = piece.normals.get_mut(i) {
                         *to = Vec3::from_array(normal);
                     }
                 })
             });
             let colors_too =
-                color.is_none_or(|color| read_colors::<BIG_ENDIAN>(records, stride, color, colors));
-            let uvs_too = uv.is_none_or(|uv| read_uvs::<BIG_ENDIAN>(records, stride, uv, uvs));
+                color.is_none_or(|color| read_colors::<BIG_ENDIAN>(records, stride, color, piece.colors));
+            let uvs_too = uv.is_none_or(|uv| read_uvs::<BIG_ENDIAN>(records, stride, uv, piece.uvs));
             (to_columns && normals_too && colors_too && uvs_too).then_some(())
-        },
-    );
+        });
     if read.is_none() {
         return Ok(None);
     }
-    (mesh.x, mesh.y, mesh.z) = (x, y, z);
-    (mesh.normals, mesh.colors, mesh.uvs) = (normals, colors, uvs);
+    columns.move_into(mesh);
     Ok(Some(end))
 }
 

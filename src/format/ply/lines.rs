@@ -3,6 +3,7 @@
 
 use super::{
     ascii::Text,
+    columns::{Attributes, VertexColumns},
     faces::{Faces, upper_left},
     header::{Element, Step, color_scale},
     rows::{Fault, reserve, zeroed},
@@ -35,63 +36,35 @@ pub(super) fn vertices(
     let (Some(blocks), Some(_)) = (first_lines(text.rest(), count), element.stride()) else {
         return Ok(false);
     };
-    let mut columns = [
-        zeroed(count, element, budget)?,
-        zeroed(count, element, budget)?,
-        zeroed(count, element, budget)?,
-    ];
-    let mut normals = Vec::new();
-    if slots.contains(&3) {
-        reserve(&mut normals, count, element, budget)?;
-        normals.resize(count, Vec3::ZERO);
-    }
-    let has_colors = slots.contains(&COLOR_SLOT);
-    let mut colors = zeroed(if has_colors { count } else { 0 }, element, budget)?;
-    let mut uvs = zeroed(if slots.contains(&UV_SLOT) { count } else { 0 }, element, budget)?;
-    let [mut x, mut y, mut z] = columns.each_mut().map(Vec::as_mut_slice);
-    let (mut n, mut c, mut t) = (normals.as_mut_slice(), colors.as_mut_slice(), uvs.as_mut_slice());
-    let parts: Vec<_> = blocks
-        .iter()
-        .map(|block| {
-            let ends = ..block.lines.min(x.len());
-            let normals = ..block.lines.min(n.len());
-            let colors = ..block.lines.min(c.len());
-            let uvs = ..block.lines.min(t.len());
-            (
-                block.text,
-                x.split_off_mut(ends).unwrap_or_default(),
-                y.split_off_mut(ends).unwrap_or_default(),
-                z.split_off_mut(ends).unwrap_or_default(),
-                n.split_off_mut(normals).unwrap_or_default(),
-                c.split_off_mut(colors).unwrap_or_default(),
-                t.split_off_mut(uvs).unwrap_or_default(),
-            )
-        })
-        .collect();
-    let read = parts.into_par_iter().try_for_each(
-        |(mut rest, x, y, z, normals, colors, uvs): (_, _, _, _, _, &mut [[f32; 3]], &mut [[f32; 2]])| {
-            for (i, ((x, y), z)) in x.iter_mut().zip(y).zip(z).enumerate() {
-                let [px, py, pz, nx, ny, nz, red, green, blue, u, v, _] = vertex(&mut rest, &slots)?;
-                (*x, *y, *z) = (px, py, pz);
-                if let Some(normal) = normals.get_mut(i) {
-                    *normal = Vec3::new(nx, ny, nz);
-                }
-                if let Some(color) = colors.get_mut(i) {
-                    let [of_red, of_green, of_blue] = scales;
-                    *color = [red / of_red, green / of_green, blue / of_blue];
-                }
-                if let Some(uv) = uvs.get_mut(i) {
-                    *uv = upper_left([u, v])?;
-                }
+    let has = Attributes {
+        normals: slots.contains(&3),
+        colors: slots.contains(&COLOR_SLOT),
+        uvs: slots.contains(&UV_SLOT),
+    };
+    let mut columns = VertexColumns::zeroed(element, has, budget)?;
+    let pieces = columns.pieces(blocks.iter().map(|block| block.lines));
+    let parts: Vec<_> = blocks.iter().map(|block| block.text).zip(pieces).collect();
+    let read = parts.into_par_iter().try_for_each(|(mut rest, piece)| {
+        for (i, ((x, y), z)) in piece.x.iter_mut().zip(piece.y).zip(piece.z).enumerate() {
+            let [px, py, pz, nx, ny, nz, red, green, blue, u, v, _] = vertex(&mut rest, &slots)?;
+            (*x, *y, *z) = (px, py, pz);
+            if let Some(normal) = piece.normals.get_mut(i) {
+                *normal = Vec3::new(nx, ny, nz);
             }
-            Some(())
-        },
-    );
+            if let Some(color) = piece.colors.get_mut(i) {
+                let [of_red, of_green, of_blue] = scales;
+                *color = [red / of_red, green / of_green, blue / of_blue];
+            }
+            if let Some(uv) = piece.uvs.get_mut(i) {
+                *uv = upper_left([u, v])?;
+            }
+        }
+        Some(())
+    });
     if read.is_none() {
         return Ok(false);
     }
-    [mesh.x, mesh.y, mesh.z] = columns;
-    (mesh.normals, mesh.colors, mesh.uvs) = (normals, colors, uvs);
+    columns.move_into(mesh);
     text.pass(length(&blocks));
     Ok(true)
 }

@@ -20,6 +20,7 @@ mod ascii;
 mod at;
 mod binary;
 mod choice;
+mod columns;
 mod faces;
 mod finish;
 mod fixed;
