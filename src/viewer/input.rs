@@ -86,7 +86,7 @@ impl App {
                 };
                 let is_packet = *mode == Mode::Packet;
                 message = Some(if is_packet { "packets" } else { "single rays" }.into());
-                self.figures = true;
+                self.panels.figures = true;
             }
             Action::PrintCamera => {
                 self.print_camera();
@@ -100,9 +100,9 @@ impl App {
             }
             Action::Play => self.play(),
             Action::Fly(_) | Action::Step(_) => {}
-            Action::Probe => self.probe = !self.probe,
-            Action::Figures => self.figures = !self.figures,
-            Action::Help => self.help = !self.help,
+            Action::Probe => self.panels.probe = !self.panels.probe,
+            Action::Figures => self.panels.figures = !self.panels.figures,
+            Action::Help => self.panels.help = !self.panels.help,
         }
         if let Some(message) = message {
             self.say(message);
@@ -274,16 +274,16 @@ impl App {
     }
 
     pub(super) fn mouse_moved(&mut self, to: PhysicalPosition<f64>) {
-        let [right, down] = [to.x - self.mouse.x, to.y - self.mouse.y];
-        (self.mouse, self.has_mouse) = (to, true);
-        if self.left {
+        let [right, down] = [to.x - self.mouse.at.x, to.y - self.mouse.at.y];
+        (self.mouse.at, self.mouse.is_inside) = (to, true);
+        if self.mouse.left {
             self.orbit.turn(right, down);
-        } else if self.right {
+        } else if self.mouse.right {
             self.orbit.approach(FACTOR_OF_PIXEL.powf(down));
         }
-        if self.left || self.right {
+        if self.mouse.left || self.mouse.right {
             self.ask();
-        } else if self.probe {
+        } else if self.panels.probe {
             self.redraw();
         }
     }

@@ -50,6 +50,23 @@ pub enum Framing {
     Side(usize),
 }
 
+/// Where the mouse is, and its buttons.
+#[derive(Debug, Default)]
+pub(super) struct Mouse {
+    pub(super) at: PhysicalPosition<f64>,
+    pub(super) is_inside: bool,
+    pub(super) left: bool,
+    pub(super) right: bool,
+}
+
+/// Which texts are shown over the picture.
+#[derive(Debug, Default)]
+pub(super) struct Panels {
+    pub(super) help: bool,
+    pub(super) figures: bool,
+    pub(super) probe: bool,
+}
+
 /// The state of the window.
 pub struct App {
     /// In the title.
@@ -78,16 +95,11 @@ pub struct App {
     pub(super) status: Status,
     pub(super) benchmark: Option<Benchmark>,
 
-    pub(super) mouse: PhysicalPosition<f64>,
-    pub(super) has_mouse: bool,
-    pub(super) left: bool,
-    pub(super) right: bool,
+    pub(super) mouse: Mouse,
     pub(super) flying: [bool; keys::DIRECTIONS.len()],
     pub(super) flown_at: Option<Instant>,
 
-    pub(super) help: bool,
-    pub(super) figures: bool,
-    pub(super) probe: bool,
+    pub(super) panels: Panels,
     pub(super) progress: Option<f32>,
     pub(super) error: Option<String>,
     /// Why the scene cannot move to the frame.
@@ -153,15 +165,10 @@ impl App {
             picture: Picture::default(),
             status: Status::default(),
             benchmark: None,
-            mouse: PhysicalPosition::default(),
-            has_mouse: false,
-            left: false,
-            right: false,
+            mouse: Mouse::default(),
             flying: Default::default(),
             flown_at: None,
-            help: false,
-            figures: false,
-            probe: false,
+            panels: Panels::default(),
             progress: None,
             error: None,
             stuck: None,
@@ -220,13 +227,13 @@ impl App {
     /// The pixel under the mouse.
     pub(super) fn mouse_pixel(&self) -> Option<[u32; 2]> {
         let inside = |p: f64, pixels: u32| (p >= 0.0 && p < f64::from(pixels)).then_some(p as u32);
-        let x = inside(self.mouse.x, self.size[0]).filter(|_| self.has_mouse)?;
-        Some([x, inside(self.mouse.y, self.size[1])?])
+        let x = inside(self.mouse.at.x, self.size[0]).filter(|_| self.mouse.is_inside)?;
+        Some([x, inside(self.mouse.at.y, self.size[1])?])
     }
 
     /// A description of what is under the mouse, if it is switched on.
     fn probed(&self) -> Option<Vec<String>> {
-        let pixel = self.mouse_pixel().filter(|_| self.probe)?;
+        let pixel = self.mouse_pixel().filter(|_| self.panels.probe)?;
         let camera = self.orbit.camera();
         Some(probe::describe(&self.timeline.now(), &camera, self.size, pixel))
     }
@@ -271,8 +278,8 @@ impl App {
                 canvas,
                 scale_factor,
                 &Overlay {
-                    help: self.help,
-                    figures: self.figures.then(figures),
+                    help: self.panels.help,
+                    figures: self.panels.figures.then(figures),
                     probed: probed.as_deref(),
                     progress: self.progress,
                     error: self.error.as_deref().or(self.stuck.as_deref()),
@@ -379,14 +386,14 @@ impl App {
             } => self.key(&event, event_loop),
             WindowEvent::CursorMoved { position, .. } => self.mouse_moved(position),
             WindowEvent::CursorLeft { .. } => {
-                self.has_mouse = false;
+                self.mouse.is_inside = false;
                 self.redraw();
             }
             WindowEvent::MouseInput { state, button, .. } => {
                 let pressed = state == ElementState::Pressed;
                 match button {
-                    MouseButton::Left => self.left = pressed,
-                    MouseButton::Right => self.right = pressed,
+                    MouseButton::Left => self.mouse.left = pressed,
+                    MouseButton::Right => self.mouse.right = pressed,
                     _ => {}
                 }
             }
@@ -394,7 +401,7 @@ impl App {
             // Releases in other windows are not reported.
             WindowEvent::Focused(false) => {
                 self.flying = Default::default();
-                (self.left, self.right) = (false, false);
+                (self.mouse.left, self.mouse.right) = (false, false);
             }
             WindowEvent::RedrawRequested => {
                 if let Err(why) = self.draw() {
