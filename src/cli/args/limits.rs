@@ -1,7 +1,7 @@
 //! Limits of a command.
 
 use super::values;
-use crate::cli::load::memory;
+use crate::cli::{load::memory, process::useful_threads};
 use clap::Args;
 
 /// Memory that a command may take.
@@ -18,5 +18,20 @@ impl MemoryArgs {
     /// The limit, bytes.
     pub fn limit(self) -> u64 {
         memory::limit(self.max_memory)
+    }
+}
+
+/// Threads that a command uses.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct ThreadsArgs {
+    /// Number of threads; at most 4 per CPU, or 64, are started [default: one per CPU]
+    #[arg(short = 'j', long, value_name = "N", value_parser = values::whole::<4096>)]
+    threads: Option<u32>,
+}
+
+impl ThreadsArgs {
+    /// How many to start; `None` for one per CPU.
+    pub fn count(self) -> Option<u32> {
+        self.threads.map(useful_threads)
     }
 }

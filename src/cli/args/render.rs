@@ -16,7 +16,6 @@ use crate::{
             Job, JsonTarget, Look, Looks, MeshOptions, Pictures, Planned, Poses, RenderPlan, check_inputs,
             has_number, is_standard_input,
         },
-        process::useful_threads,
         write::is_foreign,
     },
     error::clip_path,
@@ -203,7 +202,7 @@ impl RenderArgs {
         if let Some(path) = &self.series.poses {
             inputs.add(path, "the poses");
         }
-        load::memory::check_threads(self.trace.threads.map(useful_threads))?;
+        load::memory::check_threads(self.trace.threads.count())?;
         let json = self.json_target(&jobs)?;
         Ok(RenderPlan {
             looks,

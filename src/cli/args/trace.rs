@@ -1,9 +1,12 @@
 //! How rays are traced and shaded: arguments of `render` and `view`.
 
-use super::values::{self, Size};
+use super::{
+    limits::ThreadsArgs,
+    values::{self, Size},
+};
 use crate::{
     classic,
-    cli::{plan::Build, process::useful_threads},
+    cli::plan::Build,
     render::{Mode, RenderError, Settings},
 };
 use clap::Args;
@@ -12,9 +15,8 @@ use clap::Args;
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Rendering")]
 pub struct TraceArgs {
-    /// Number of threads; at most 4 per CPU, or 64, are started [default: one per CPU]
-    #[arg(short = 'j', long, value_name = "N", value_parser = values::whole::<4096>)]
-    pub threads: Option<u32>,
+    #[command(flatten)]
+    pub threads: ThreadsArgs,
 
     /// Which code traces rays; the picture is the same
     #[arg(long, value_enum, default_value_t = Mode::Packet)]
@@ -45,7 +47,7 @@ impl TraceArgs {
             max_depth: self.max_depth,
             shadows: !self.no_shadows,
             mode: self.mode,
-            threads: self.threads.map(|threads| useful_threads(threads) as usize),
+            threads: self.threads.count().map(|threads| threads as usize),
             ..Settings::default()
         };
         settings.validate()?;

@@ -1,11 +1,10 @@
 //! Arguments of `octray verify`.
 
-use super::values;
+use super::{limits::ThreadsArgs, values};
 use crate::{
     cli::{
         CliError,
         plan::{JsonTarget, VerifyPlan},
-        process::useful_threads,
     },
     verify::Settings,
 };
@@ -34,9 +33,8 @@ pub struct VerifyArgs {
     #[arg(long, value_name = "N", value_parser = values::number, conflicts_with_all = ["rays", "seconds"])]
     pub scene: Option<u64>,
 
-    /// Number of threads; at most 4 per CPU, or 64, are started [default: one per CPU]
-    #[arg(short = 'j', long, value_name = "N", value_parser = values::whole::<4096>)]
-    pub threads: Option<u32>,
+    #[command(flatten)]
+    pub threads: ThreadsArgs,
 
     /// Write the counts as JSON to a file, or to standard output (-)
     #[arg(long, value_name = "FILE")]
@@ -54,7 +52,7 @@ impl VerifyArgs {
                 seed: self.seed,
                 rays: self.rays.or(self.seconds.is_none().then_some(DEFAULT_RAYS)),
                 scene: self.scene,
-                threads: self.threads.map(|threads| useful_threads(threads) as usize),
+                threads: self.threads.count().map(|threads| threads as usize),
             },
             time_limit: self.seconds.map(Duration::from_secs_f64),
             json: self.json.as_deref().map(JsonTarget::new).transpose()?,
