@@ -2,7 +2,10 @@
 
 use super::values;
 use crate::{
-    cli::plan::GeneratePlan,
+    cli::{
+        CliError,
+        plan::{GeneratePlan, JsonTarget},
+    },
     generate::{Kind, Options},
 };
 use clap::{
@@ -34,6 +37,10 @@ pub struct GenerateArgs {
     /// blobs 1000000, interior 370000, pipes 192000, figure 70000 triangles]
     #[arg(long, value_name = "N", value_parser = values::count)]
     pub count: Option<u64>,
+
+    /// Write the files' names and counts as JSON to a file, or to standard output (-)
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
 }
 
 fn kind_parser() -> impl TypedValueParser<Value = Kind> {
@@ -48,8 +55,12 @@ fn kind_parser() -> impl TypedValueParser<Value = Kind> {
 
 impl GenerateArgs {
     /// As plain values.
-    pub fn plan(self) -> GeneratePlan {
-        GeneratePlan {
+    ///
+    /// # Errors
+    /// [`CliError`], as of [`JsonTarget::new`].
+    pub fn plan(self) -> Result<GeneratePlan, CliError> {
+        Ok(GeneratePlan {
+            json: self.json.as_deref().map(JsonTarget::new).transpose()?,
             kind: self.kind,
             options: Options {
                 seed: self.seed,
@@ -60,6 +71,6 @@ impl GenerateArgs {
             },
             folder: self.output,
             force: self.force,
-        }
+        })
     }
 }

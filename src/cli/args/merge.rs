@@ -1,7 +1,10 @@
 //! Arguments of `octray merge`.
 
 use super::limits::MemoryArgs;
-use crate::cli::plan::{MergePlan, Origin, PicturePath};
+use crate::cli::{
+    CliError,
+    plan::{JsonTarget, MergePlan, Origin, PicturePath, is_standard_input},
+};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -20,6 +23,10 @@ pub struct MergeArgs {
     #[arg(long)]
     pub skip_existing: bool,
 
+    /// Write the picture's name, size and number of tiles as JSON to a file, or to standard output (-)
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+
     /// Print no closing line
     #[arg(short, long)]
     pub quiet: bool,
@@ -30,8 +37,16 @@ pub struct MergeArgs {
 
 impl MergeArgs {
     /// As plain values.
-    pub fn plan(self) -> MergePlan {
-        MergePlan {
+    ///
+    /// # Errors
+    /// [`CliError`], as of [`JsonTarget::new`].
+    pub fn plan(self) -> Result<MergePlan, CliError> {
+        let json = self.json.as_deref().map(JsonTarget::new).transpose()?;
+        if json == Some(JsonTarget::Stdout) && is_standard_input(&self.output) {
+            return Err(CliError::Usage(JsonTarget::BESIDE_PICTURE.into()));
+        }
+        Ok(MergePlan {
+            json,
             tiles: self.tiles,
             output: PicturePath {
                 path: self.output,
@@ -40,6 +55,6 @@ impl MergeArgs {
             skip_existing: self.skip_existing,
             memory: self.memory.limit(),
             quiet: self.quiet,
-        }
+        })
     }
 }

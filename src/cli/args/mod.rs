@@ -146,11 +146,11 @@ impl Command {
             Self::Job(args) => Plan::Job(Box::new(args.plan(given)?)),
             #[cfg(feature = "viewer")]
             Self::View(args) => Plan::View(Box::new(args.plan()?)),
-            Self::Merge(args) => Plan::Merge(args.plan()),
+            Self::Merge(args) => Plan::Merge(args.plan()?),
             Self::Info(args) => Plan::Info(args.plan()?),
             Self::Bench(args) => Plan::Bench(args.plan()?),
             Self::Verify(args) => Plan::Verify(args.plan()?),
-            Self::Generate(args) => Plan::Generate(args.plan()),
+            Self::Generate(args) => Plan::Generate(args.plan()?),
             Self::Completions(args) => Plan::Completions(args.shell.to_string()),
             Self::Man(args) => Plan::Man(args.command),
         })

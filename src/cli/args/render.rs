@@ -240,9 +240,7 @@ impl RenderArgs {
             )));
         }
         if json == JsonTarget::Stdout && self.output.as_deref().is_some_and(is_standard_input) {
-            let why =
-                "both the picture and the JSON would go to standard output: name a file for one of them";
-            return Err(CliError::Usage(why.into()));
+            return Err(CliError::Usage(JsonTarget::BESIDE_PICTURE.into()));
         }
         let mut outputs = jobs.iter().flat_map(Job::outputs);
         if let Some(output) = outputs.find(|output| json.is_file_of(output)) {

@@ -3,22 +3,64 @@
 use super::check_room;
 use crate::{
     cli::{
-        CliError, load::memory, plan::GeneratePlan, process::Interrupt, report::quoted, write::is_foreign,
+        CliError,
+        load::memory,
+        plan::{GeneratePlan, JsonTarget},
+        process::Interrupt,
+        report::{self, SCHEMA, quoted},
+        write::{is_foreign, json_line, write_json},
     },
     error::clip_path,
     generate::{Generated, MAX_COUNT, Part, Shape, generate, write_ply},
     whole_file,
 };
-use std::{fmt::Write as _, fs, io, path::Path};
+use serde::Serialize;
+use std::{
+    fmt::Write as _,
+    fs, io,
+    path::{Path, PathBuf},
+};
 
 /// Peak memory of a primitive while it is generated, bytes: measured.
 const PRIMITIVE_BYTES: u64 = 80;
 
-/// Writes the scene and its meshes, each whole or not at all, and returns what to tell the user.
+/// What was generated, as JSON.
+#[derive(Serialize)]
+struct Json {
+    schema: u32,
+    kind: &'static str,
+    seed: u64,
+    scene: String,
+    meshes: Vec<JsonMesh>,
+    spheres: usize,
+    lights: usize,
+    /// Options of `octray render` for a good view.
+    render: String,
+}
+
+#[derive(Serialize)]
+struct JsonMesh {
+    file: String,
+    triangles: usize,
+}
+
+/// Writes the scene, its meshes and the JSON, each whole or not at all, and prints what was written.
 ///
 /// # Errors
 /// [`CliError`]: a count out of its limits, or a file that cannot be written.
-pub fn run(plan: &GeneratePlan) -> Result<String, CliError> {
+pub fn run(plan: &GeneratePlan) -> Result<(), CliError> {
+    let (text, json) = write(plan)?;
+    if plan.json != Some(JsonTarget::Stdout) {
+        report::print(&text)?;
+    }
+    match &plan.json {
+        Some(target) => write_json(target, &json_line(&json)),
+        None => Ok(()),
+    }
+}
+
+/// Writes the scene and its meshes, and returns what to print.
+fn write(plan: &GeneratePlan) -> Result<(String, Json), CliError> {
     let interrupt = Interrupt::install()?;
     let count = plan.options.count.unwrap_or_else(|| plan.kind.default_count());
     check_room(
@@ -32,45 +74,63 @@ pub fn run(plan: &GeneratePlan) -> Result<String, CliError> {
 
     let scene = folder.join(format!("{}.scn", plan.kind.name()));
     let mesh_path = |part: &Part| Some(folder.join(generated.mesh_file_name(part)?));
-    if !plan.force {
-        let mut files = generated
-            .parts
-            .iter()
-            .filter_map(mesh_path)
-            .chain([scene.clone()]);
-        if let Some(file) = files.find(|file| is_foreign(file)) {
-            return Err(CliError::Failed(format!(
-                "{} exists and was not made by `octray generate`; name another directory with -o or replace it with --force",
-                clip_path(&file)
-            )));
-        }
-    }
+    let meshes = generated.parts.iter().filter_map(mesh_path);
+    check_files(plan, &meshes.chain([scene.clone()]).collect::<Vec<_>>())?;
 
     let mut told = String::new();
+    let mut json = Json {
+        schema: SCHEMA,
+        kind: plan.kind.name(),
+        seed: plan.options.seed,
+        scene: scene.to_string_lossy().into_owned(),
+        meshes: Vec::new(),
+        spheres: sphere_count(&generated),
+        lights: generated.lights.len(),
+        render: generated.render_arguments(),
+    };
     // The meshes first, so that a scene file that exists can be loaded.
     for part in &generated.parts {
         if let (Shape::Mesh(mesh), Some(path)) = (&part.shape, mesh_path(part)) {
             let written = whole_file::write(&path, |out| write_ply(mesh, out));
             finished(&path, &interrupt, written)?;
-            let _ = writeln!(told, "{}: {} triangles", clip_path(&path), mesh.triangles.len());
+            let triangles = mesh.triangles.len();
+            let _ = writeln!(told, "{}: {triangles} triangles", clip_path(&path));
+            json.meshes.push(JsonMesh {
+                file: path.to_string_lossy().into_owned(),
+                triangles,
+            });
         }
     }
     let written = whole_file::write(&scene, |out| generated.write_scn(out));
     finished(&scene, &interrupt, written)?;
-    let _ = writeln!(
-        told,
-        "{}: {} spheres, {} lights",
-        clip_path(&scene),
-        sphere_count(&generated),
-        generated.lights.len()
-    );
-    let _ = writeln!(
-        told,
-        "render it with: octray {} {}",
-        quoted(&scene),
-        generated.render_arguments()
-    );
-    Ok(told)
+    let (spheres, lights) = (json.spheres, json.lights);
+    let name = clip_path(&scene);
+    let _ = writeln!(told, "{name}: {spheres} spheres, {lights} lights");
+    let _ = writeln!(told, "render it with: octray {} {}", quoted(&scene), json.render);
+    Ok((told, json))
+}
+
+/// Refuses to replace files that octray did not make, and to write the JSON into one of `files`.
+fn check_files(plan: &GeneratePlan, files: &[PathBuf]) -> Result<(), CliError> {
+    if !plan.force
+        && let Some(file) = files.iter().find(|file| is_foreign(file))
+    {
+        return Err(CliError::Failed(format!(
+            "{} exists and was not made by `octray generate`; name another directory with -o or replace it with --force",
+            clip_path(file)
+        )));
+    }
+    let Some(JsonTarget::File(json)) = &plan.json else {
+        return Ok(());
+    };
+    let place = |path: &Path| fs::canonicalize(path).or_else(|_| std::path::absolute(path)).ok();
+    match files.iter().find(|file| place(file) == place(json)) {
+        Some(file) => Err(CliError::Usage(format!(
+            "both the scene and the JSON would be written to {}",
+            clip_path(file)
+        ))),
+        None => Ok(()),
+    }
 }
 
 fn sphere_count(generated: &Generated) -> usize {
@@ -101,6 +161,7 @@ mod tests {
             },
             folder: folder.to_owned(),
             force: false,
+            json: None,
         }
     }
 
@@ -108,8 +169,9 @@ mod tests {
     fn files_appear_and_the_command_is_told() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path().join("made here");
-        let told = run(&plan(Kind::Terrain, &folder, 3, 200)).unwrap();
+        let (told, json) = write(&plan(Kind::Terrain, &folder, 3, 200)).unwrap();
         assert!(told.contains("made here/terrain.scn' --eye="), "{told}");
+        assert_eq!((json.meshes.len(), json.spheres), (1, 0));
         let mut names: Vec<_> = fs::read_dir(&folder)
             .unwrap()
             .map(|f| f.unwrap().file_name())

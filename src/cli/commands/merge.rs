@@ -5,12 +5,24 @@ use crate::{
         CliError,
         plan::MergePlan,
         process::Interrupt,
-        report::{self, Written},
-        write::{Inputs, Output, Tiles},
+        report::{self, SCHEMA, Written},
+        write::{Inputs, Output, Tiles, json_line, write_json},
     },
     error::clip_path,
 };
+use serde::Serialize;
 use std::time::Instant;
+
+/// What was merged, as JSON.
+#[derive(Serialize)]
+struct Json<'a> {
+    schema: u32,
+    output: &'a str,
+    width: u32,
+    height: u32,
+    tiles: usize,
+    seconds: f64,
+}
 
 /// Merges tiles and writes the picture. `start` is when the program began.
 ///
@@ -30,6 +42,12 @@ pub fn run(plan: &MergePlan, start: Instant) -> Result<(), CliError> {
             format.name()
         )));
     }
+    if plan.json.as_ref().is_some_and(|json| json.is_file_of(&output)) {
+        return Err(CliError::Usage(format!(
+            "both the picture and the JSON would be written to {}",
+            output.name()
+        )));
+    }
     if plan.skip_existing && output.exists() {
         return Ok(());
     }
@@ -43,6 +61,7 @@ pub fn run(plan: &MergePlan, start: Instant) -> Result<(), CliError> {
     if let Some(objection) = objection {
         return Err(CliError::Usage(objection));
     }
+    inputs.check_json(plan.json.as_ref())?;
     let bytes = tiles.merge(plan.memory, || interrupt.check())?;
     output.write_bytes(&bytes)?;
     if !plan.quiet && report::notes_to_terminal() {
@@ -50,5 +69,16 @@ pub fn run(plan: &MergePlan, start: Instant) -> Result<(), CliError> {
         written.add(&clip_path(&plan.output.path), start.elapsed());
         report::note(&written.line((width, height)));
     }
-    Ok(())
+    let Some(target) = &plan.json else {
+        return Ok(());
+    };
+    let json = Json {
+        schema: SCHEMA,
+        output: &plan.output.path.to_string_lossy(),
+        width,
+        height,
+        tiles: plan.tiles.len(),
+        seconds: start.elapsed().as_secs_f64(),
+    };
+    write_json(target, &json_line(&json))
 }

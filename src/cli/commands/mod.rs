@@ -40,7 +40,7 @@ pub fn run(plan: Plan, start: Instant) -> Result<(), CliError> {
         Plan::Info(plan) => info::run(&plan),
         Plan::Bench(plan) => bench::run(&plan),
         Plan::Verify(plan) => verify::run(&plan),
-        Plan::Generate(plan) => report::print(&generate::run(&plan)?),
+        Plan::Generate(plan) => generate::run(&plan),
         Plan::Completions(shell) => report::print_bytes(shell::completions(&shell)?.as_bytes()),
         Plan::Man(command) => report::print_bytes(shell::man(command.as_deref())?.as_bytes()),
     }

@@ -56,6 +56,10 @@ pub enum JsonTarget {
 }
 
 impl JsonTarget {
+    /// The message if standard output would get the JSON and a picture.
+    pub const BESIDE_PICTURE: &str =
+        "both the picture and the JSON would go to standard output: name a file for one of them";
+
     /// `-` is standard output.
     ///
     /// # Errors
@@ -107,6 +111,7 @@ pub struct MergePlan {
     pub output: PicturePath,
     /// Do nothing if the picture exists.
     pub skip_existing: bool,
+    pub json: Option<JsonTarget>,
     /// Memory that the call may take, bytes.
     pub memory: u64,
     pub quiet: bool,
@@ -151,6 +156,7 @@ pub struct GeneratePlan {
     pub folder: PathBuf,
     /// Replace files that octray did not make.
     pub force: bool,
+    pub json: Option<JsonTarget>,
 }
 
 /// What `octray view` does.
