@@ -77,7 +77,7 @@ fn hits(scene: &Scene, ray: &Ray) -> bool {
         .any(|t| is_within(t, ray))
 }
 
-/// The nearest hit in (0, `t_max`), edges included; infinite if there is none.
+/// The nearest hit in (0, `t_max`), edges included; infinite if the ray hits nothing.
 fn nearest(scene: &Scene, ray: &Ray) -> f64 {
     let primitives = (0..scene.primitive_count() as u32).into_par_iter();
     primitives

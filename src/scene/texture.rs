@@ -67,7 +67,7 @@ impl SurfaceTextures {
         emission_map: None,
     };
 
-    /// The same textures with other images: image `i` becomes `images[i]`, or an invalid index if there is none.
+    /// The same textures with other images: image `i` becomes `images[i]`, or an invalid index if `images` is too short.
     pub(crate) fn with_images(&self, images: &[u32]) -> Self {
         let other = |texture: Texture| Texture {
             image: images.get(texture.image as usize).copied().unwrap_or(u32::MAX),

@@ -241,7 +241,7 @@ fn textures_far_away_are_their_mean() {
     assert!(extreme > near.pixels().len() / 5, "{extreme}");
 }
 
-/// A floor, a mirror beside it, a light above, and between them 8x8 squares of which every other one is there: cut out of
+/// A floor, a mirror beside it, a light above, and between them every other one of 8x8 squares: cut out of
 /// one square, or squares of their own.
 fn lattice(is_cut_out: bool) -> Scene {
     let mut builder = SceneBuilder::new();

@@ -98,7 +98,7 @@ fn a_part_of_a_turntable_is_a_film_with_alpha() {
         assert!(*frame.buffer() == picture.into_rgba8(), "{number}");
     }
     assert_eq!(found.len(), 2);
-    // It is there already.
+    // It exists.
     folder
         .run(&[&arguments[..], &["f.apng", "--skip-existing"]].concat())
         .succeeded();

@@ -184,7 +184,7 @@ impl<'a> Buffers<'a> {
         Ok(())
     }
 
-    /// Whether an accessor is there already.
+    /// Whether an accessor has been read.
     pub(super) fn has_read(&self, accessor: usize) -> bool {
         self.accessors.contains_key(&accessor)
     }

@@ -160,7 +160,7 @@ fn spacing(points: &TriangleMesh) -> Option<f32> {
     Some(median.sqrt())
 }
 
-/// The squares of the least distances so far, ascending; infinite where there is none.
+/// The squares of the least distances so far, ascending; infinite until there are enough.
 #[derive(Clone, Copy)]
 struct Nearest([f32; NEIGHBOUR]);
 

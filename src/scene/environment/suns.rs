@@ -33,7 +33,7 @@ pub(super) struct Suns {
 }
 
 impl Suns {
-    /// Takes suns out of a picture's `brightness`, rows from the top, and leaves 0 there; `None` if there are none.
+    /// Takes suns out of a picture's `brightness`, rows from the top, and leaves 0 there; `None` if the picture has no suns.
     ///
     /// # Errors
     /// If there is no memory.

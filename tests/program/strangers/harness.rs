@@ -68,7 +68,7 @@ impl<'a> Call<'a> {
         self
     }
 
-    /// With this file as standard input; by default there is none.
+    /// With this file as standard input, which is empty by default.
     pub fn with_input(mut self, input: File) -> Self {
         self.input = Some(input);
         self
