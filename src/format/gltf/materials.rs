@@ -136,55 +136,65 @@ fn texture(info: &Info<'_>, webp: &[Option<u32>]) -> Option<Texture> {
     })
 }
 
+/// A texture of a material, as far as octray reads it.
+struct MapRead {
+    texture: Option<Texture>,
+    /// `None` without a texture.
+    placement: Option<Placement>,
+    /// Its image is of a kind that octray does not read.
+    is_unsupported: bool,
+}
+
+impl MapRead {
+    fn of(info: Option<&Info<'_>>, webp: &[Option<u32>]) -> Self {
+        let texture = info.and_then(|info| texture(info, webp));
+        let read = info.filter(|_| texture.is_some());
+        Self {
+            texture,
+            placement: read.map(Placement::of),
+            is_unsupported: info.is_some() && texture.is_none(),
+        }
+    }
+}
+
+/// A material's base colour, linear, with its texture, and its roughness and metallic factor.
+fn factors<'a>(material: &gltf::Material<'a>) -> ([f32; 4], Option<Info<'a>>, f32, f32) {
+    if let Some(old) = material.pbr_specular_glossiness() {
+        let roughness = 1.0 - old.glossiness_factor();
+        return (old.diffuse_factor(), old.diffuse_texture(), roughness, 0.0);
+    }
+    let pbr = material.pbr_metallic_roughness();
+    // A map multiplies the factor, which is mostly 1 then.
+    let map = pbr.metallic_roughness_texture().map_or(1.0, |_| ROUGHNESS_MAP);
+    (
+        pbr.base_color_factor(),
+        pbr.base_color_texture(),
+        pbr.roughness_factor() * map,
+        pbr.metallic_factor(),
+    )
+}
+
 /// A material as octray shows it. Base colours and those of vertices are linear; surfaces and meshes hold display values.
 fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
-    let pbr = material.pbr_metallic_roughness();
-    let (base, info, roughness, metallic) = match material.pbr_specular_glossiness() {
-        Some(old) => (
-            old.diffuse_factor(),
-            old.diffuse_texture(),
-            1.0 - old.glossiness_factor(),
-            0.0,
-        ),
-        None => (
-            pbr.base_color_factor(),
-            pbr.base_color_texture(),
-            // A map multiplies the factor, which is mostly 1 then.
-            pbr.roughness_factor() * pbr.metallic_roughness_texture().map_or(1.0, |_| ROUGHNESS_MAP),
-            pbr.metallic_factor(),
-        ),
-    };
+    let ([red, green, blue, alpha], base_info, roughness, metallic) = factors(material);
     let through = Through::of(material);
     let glass = match through {
         Through::Body(glass) => Some(glass),
         _ => None,
     };
     // Glass shows neither its base colour nor a texture of it.
-    let info = info.filter(|_| glass.is_none());
-    let emissive = material.emissive_texture();
-    let base_texture = info.as_ref().and_then(|info| texture(info, webp));
-    let emission_map = emissive.as_ref().and_then(|info| texture(info, webp));
-    let is_unsupported = info.is_some() && base_texture.is_none();
-    let placement = info
-        .as_ref()
-        .filter(|_| base_texture.is_some())
-        .map(Placement::of);
-    let own = emissive
-        .as_ref()
-        .filter(|_| emission_map.is_some())
-        .map(Placement::of);
-    let emission_left_out = placement.is_some() && own.is_some() && placement != own;
-    let is_unreadable = emissive.is_some() && emission_map.is_none();
-    let is_unsupported = is_unsupported || is_unreadable;
-    let emission = if emission_left_out || is_unreadable || material.unlit() {
+    let base = MapRead::of(base_info.as_ref().filter(|_| glass.is_none()), webp);
+    let emissive = MapRead::of(material.emissive_texture().as_ref(), webp);
+    let emission_left_out =
+        emissive.placement.is_some() && base.placement.is_some() && emissive.placement != base.placement;
+    let emission = if emission_left_out || emissive.is_unsupported || material.unlit() {
         [0.0; 3]
     } else {
         material.emissive_factor().map(display_value)
     };
-    let [red, green, blue, alpha] = base;
-    let (cut_out, opacity) = coverage(material, alpha, base_texture, through);
+    let (cut_out, opacity) = coverage(material, alpha, base.texture, through);
     let mut diffuse = [red, green, blue].map(display_value);
-    if info.is_some() && base_texture.is_none() {
+    if base.is_unsupported {
         diffuse = tinted(diffuse, Surface::NEUTRAL.diffuse);
     }
     let roughness = roughness.clamp(0.1, 1.0);
@@ -200,19 +210,19 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
         is_unlit: material.unlit(),
         glass,
         textures: SurfaceTextures {
-            base: base_texture,
+            base: base.texture,
             checker: None,
             cut_out,
             opacity,
             emission,
-            emission_map: emission_map.filter(|_| !emission_left_out && emission != [0.0; 3]),
+            emission_map: emissive.texture.filter(|_| emission != [0.0; 3]),
         },
     };
     Shown {
         surface,
-        placement: placement.or(own),
+        placement: base.placement.or(emissive.placement),
         emission_left_out,
-        is_unsupported,
+        is_unsupported: base.is_unsupported || emissive.is_unsupported,
     }
 }
 
