@@ -58,8 +58,9 @@ const WORDS: [(&str, &str); 6] = [
 pub fn raised(error: &CliError) -> PyErr {
     let text = error.text().unwrap_or_else(|| "interrupted".to_owned());
     match error {
-        CliError::Failed(text) if text.contains("memory") => PyMemoryError::new_err(text.clone()),
-        CliError::Load(error) if error.at.line == 0 && error.message.starts_with("file not found") => {
+        CliError::Memory(_) => PyMemoryError::new_err(text),
+        // The whole file is at fault.
+        CliError::Load(error) if error.at.line == 0 && !error.at.file.exists() => {
             PyFileNotFoundError::new_err(text)
         }
         CliError::Usage(text) => {

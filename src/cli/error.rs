@@ -18,6 +18,8 @@ pub enum CliError {
     Load(LoadError),
     /// The disk or a limit failed. Exit code 1.
     Failed(String),
+    /// More memory is needed than there is or than the limit allows. Exit code 1.
+    Memory(String),
     /// The reader of the output has gone. Not reported. Exit code 1.
     ClosedPipe,
     /// There is no display for a window. Exit code 3.
@@ -33,7 +35,7 @@ impl CliError {
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Load(_) | Self::Failed(_) | Self::ClosedPipe => 1,
+            Self::Load(_) | Self::Failed(_) | Self::Memory(_) | Self::ClosedPipe => 1,
             Self::Usage(_) | Self::UsageShown => 2,
             Self::NoDisplay(_) => 3,
             Self::Differs(_) => 5,
@@ -45,9 +47,11 @@ impl CliError {
     #[must_use]
     pub fn text(&self) -> Option<String> {
         match self {
-            Self::Usage(text) | Self::Failed(text) | Self::NoDisplay(text) | Self::Differs(text) => {
-                Some(text.clone())
-            }
+            Self::Usage(text)
+            | Self::Failed(text)
+            | Self::Memory(text)
+            | Self::NoDisplay(text)
+            | Self::Differs(text) => Some(text.clone()),
             Self::Load(error) => Some(error.report()),
             Self::UsageShown | Self::ClosedPipe | Self::Interrupted => None,
         }
@@ -88,6 +92,7 @@ impl From<RenderError> for CliError {
     fn from(error: RenderError) -> Self {
         match error {
             RenderError::Cancelled => Self::Interrupted,
+            RenderError::Memory(text) => Self::Memory(text),
             other => Self::Failed(other.to_string()),
         }
     }

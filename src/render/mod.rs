@@ -192,8 +192,10 @@ pub type OnProgress<'a> = &'a (dyn Fn(Progress) -> ControlFlow<()> + Sync);
 /// The error of rendering.
 #[derive(Debug, PartialEq, Eq)]
 pub enum RenderError {
-    /// A setting is out of range, or the picture does not fit into memory; the text says which and what is expected.
+    /// A setting is out of range; the text says which and what is expected.
     Limit(String),
+    /// The picture does not fit into memory; the text says how large it is.
+    Memory(String),
     /// The progress callback returned `Break`.
     Cancelled,
     /// The threads could not be started.
@@ -205,7 +207,7 @@ pub enum RenderError {
 impl fmt::Display for RenderError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Limit(what) => write!(f, "{what}"),
+            Self::Limit(what) | Self::Memory(what) => write!(f, "{what}"),
             Self::Cancelled => write!(f, "cancelled"),
             Self::OtherScene => write!(f, "the BVH was built from another scene"),
             Self::Threads(why) => write!(f, "cannot start the render threads: {why}"),

@@ -201,7 +201,7 @@ impl<'a> Renderer<'a> {
 
 /// The error about a picture that does not fit into memory.
 pub(super) fn no_memory(window: Crop) -> RenderError {
-    RenderError::Limit(format!(
+    RenderError::Memory(format!(
         "a picture of {}x{} does not fit into memory",
         window.width(),
         window.height()

@@ -51,7 +51,7 @@ fn check_room(what: &str, needed: u64, limit: u64) -> Result<(), CliError> {
     if needed <= limit {
         return Ok(());
     }
-    Err(CliError::Failed(format!(
+    Err(CliError::Memory(format!(
         "{what} would take about {} of memory, more than the limit of {}",
         in_bytes(needed),
         in_bytes(limit)

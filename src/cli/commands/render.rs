@@ -212,7 +212,9 @@ impl Call<'_> {
         let loaded = input.as_ref().ok().map(|input| &input.scene);
         self.inputs.add_scene(&job.input.path, &files, loaded);
         let input = match input {
-            Err(error @ (CliError::Load(_) | CliError::Failed(_))) if self.plan.keep_going => {
+            Err(error @ (CliError::Load(_) | CliError::Failed(_) | CliError::Memory(_)))
+                if self.plan.keep_going =>
+            {
                 self.skip(job.input.name(), &error);
                 self.leave_empty(job);
                 return Ok(());

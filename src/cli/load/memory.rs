@@ -63,11 +63,11 @@ pub fn cap(limit: u64) -> u64 {
 /// The part of `limit` that a picture leaves for the scene.
 ///
 /// # Errors
-/// [`CliError::Failed`] if the picture alone does not fit.
+/// [`CliError::Memory`] if the picture alone does not fit.
 pub fn beside_picture(limit: u64, (width, height): (u32, u32), pixel: PixelBytes) -> Result<u64, CliError> {
     let needed = u64::from(width) * u64::from(height) * pixel.total();
     limit.checked_sub(needed).ok_or_else(|| {
-        CliError::Failed(format!(
+        CliError::Memory(format!(
             "a picture of {width}x{height} needs about {} of memory, more than the limit of {} (see --max-memory)",
             in_bytes(needed),
             in_bytes(limit)
@@ -78,11 +78,11 @@ pub fn beside_picture(limit: u64, (width, height): (u32, u32), pixel: PixelBytes
 /// Checks that the stacks of `threads` threads fit.
 ///
 /// # Errors
-/// [`CliError::Failed`] if `ulimit -v` leaves no room for them.
+/// [`CliError::Memory`] if `ulimit -v` leaves no room for them.
 pub fn check_threads(threads: Option<u32>) -> Result<(), CliError> {
     let (needed, limit) = (u64::from(threads.unwrap_or(1)) * STACK_BYTES, own_limit());
     if needed > limit {
-        return Err(CliError::Failed(format!(
+        return Err(CliError::Memory(format!(
             "--threads {}: the stacks need {} of address space, more than the limit of {}",
             threads.unwrap_or(1),
             in_bytes(needed),
@@ -102,7 +102,7 @@ pub fn room_for_threads() -> u32 {
 /// build might run out of memory halfway.
 ///
 /// # Errors
-/// [`CliError::Failed`].
+/// [`CliError::Memory`].
 pub fn check_build(scene: &Scene, quality: BuildQuality) -> Result<(), CliError> {
     let bytes = if quality == BuildQuality::Ploc {
         PLOC_BYTES
@@ -116,7 +116,7 @@ pub fn check_build(scene: &Scene, quality: BuildQuality) -> Result<(), CliError>
     std::hint::black_box(&room);
     match asked {
         Ok(Ok(())) => Ok(()),
-        _ => Err(CliError::Failed(format!(
+        _ => Err(CliError::Memory(format!(
             "out of memory: building the BVH of {} primitives needs about {}",
             scene.primitive_count(),
             in_bytes(needed)

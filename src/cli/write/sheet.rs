@@ -43,9 +43,9 @@ impl Sheet {
     /// Makes a sheet for `count` pictures of a size.
     ///
     /// # Errors
-    /// [`CliError::Failed`] if it does not fit into memory.
+    /// [`CliError::Memory`] if it does not fit into memory.
     pub fn new(cell: [u32; 2], columns: u32, count: u32) -> Result<Self, CliError> {
-        let too_large = || CliError::Failed("the sheet does not fit into memory".to_owned());
+        let too_large = || CliError::Memory("the sheet does not fit into memory".to_owned());
         let [width, height] = sheet_size(cell, columns, count).ok_or_else(too_large)?;
         let mut film = ByteFilm::black(0, 0);
         film.try_resize(width, height).map_err(|_| too_large())?;
