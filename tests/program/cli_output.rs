@@ -68,6 +68,7 @@ fn closed_standard_streams_are_failures() {
         format!("bench a.scn {small} --repeat 1"),
         "verify --rays 10".into(),
         "generate spheres --count 1000 -o made".into(),
+        "generate spheres --count 1000 -o made --json -".into(),
         "completions bash".into(),
         "man".into(),
         "--help".into(),

@@ -147,6 +147,33 @@ fn overlapping_tiles_may_agree() {
 }
 
 #[test]
+fn json_says_what_was_merged() {
+    let folder = Folder::new();
+    render(&folder, "a.scn", "top.png", "--crop 0,0,61,20");
+    render(&folder, "a.scn", "bottom.png", "--crop 0,20,61,43");
+    let run = folder.run_line("merge top.png bottom.png -o all.png --json -");
+    let json = &run.succeeded().stdout;
+    let start = r#"{"schema":1,"output":"all.png","width":61,"height":43,"tiles":2,"seconds":"#;
+    assert!(json.starts_with(start), "{json}");
+    for (json, words) in [
+        ("top.png", "top.png would replace the tile"),
+        (
+            "all.png",
+            "both the picture and the JSON would be written to all.png",
+        ),
+    ] {
+        let run = folder.run_line(&format!("merge top.png bottom.png -o all.png --json {json}"));
+        run.failed(if json == "all.png" { 2 } else { 1 }, words);
+    }
+    let run = folder.run_line("generate spheres --count 1000 -o made --json -");
+    let start =
+        r#"{"schema":1,"kind":"spheres","seed":0,"scene":"made/spheres.scn","meshes":[],"spheres":1000,"#;
+    assert!(run.succeeded().stdout.starts_with(start));
+    let run = folder.run_line("generate terrain --count 200 -o . --json ./terrain.ply");
+    run.failed(2, "both the scene and the JSON would be written to ./terrain.ply");
+}
+
+#[test]
 fn tiles_that_do_not_fit_are_refused() {
     let folder = Folder::new();
     let tile = |name: &str, options: &str| render(&folder, "a.scn", name, options);
