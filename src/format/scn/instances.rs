@@ -44,54 +44,60 @@ impl Reader<'_> {
             prototype
         };
         let mut moving = at::follows(line.rest).then(Vec::new);
-        let Some((before, path_word, path)) = file else {
-            if moving.is_some() {
-                self.start_motion(&arguments, word, prototype, vec![placement.transform]);
-                return Ok(());
-            }
+        if let Some((before, word, path)) = file {
+            let placed = (before, &placement.transform);
+            self.read_placements(prototype, &path, placed, moving.as_mut())
+                .map_err(|cause| {
+                    let message = format!("cannot read placements from {}", path.display());
+                    line.error_at(&word, message).caused_by(cause)
+                })?;
+        } else if let Some(moving) = &mut moving {
+            moving.push(placement.transform);
+        } else {
             let added = self.builder.add_instance(prototype, &placement.transform);
-            return added
-                .map_err(|error| line.error_at(&word, format!("cannot place {}: {error}", path.display())));
-        };
-        let cannot_read = |cause: LoadError| {
-            line.error_at(
-                &path_word,
-                format!("cannot read placements from {}", path.display()),
-            )
-            .caused_by(cause)
-        };
-        let taken = self.budget.taken();
-        let opened = self
-            .files
-            .mesh(&path, self.budget)
-            .and_then(|opened| opened.into_bytes(self.budget));
-        let bytes = opened.map_err(|error| cannot_read(load_error(&path, &error)))?;
-        let builder = &mut self.builder;
-        let budget = self.budget;
-        let read = placements::read(&bytes, &path, |rows| {
-            let transform = before
-                .then_transform(&Transform::from_rows(rows))
-                .then_transform(&placement.transform);
-            if let Some(moving) = &mut moving {
-                if moving.len() >= MAX_INSTANCES {
-                    return Err(format!("more than {MAX_INSTANCES} instances"));
-                }
-                // Twice, as the array grows.
-                let taken = budget.take(2 * size_of::<Transform>());
-                moving.push(transform);
-                return taken.map_err(|error| error.to_string());
-            }
-            builder
-                .add_instance(prototype, &transform)
-                .map_err(|error| error.to_string())
-        });
-        drop(bytes);
-        self.budget.give_back_to(taken);
-        read.map_err(cannot_read)?;
+            added
+                .map_err(|error| line.error_at(&word, format!("cannot place {}: {error}", path.display())))?;
+        }
         if let Some(transforms) = moving {
             self.start_motion(&arguments, word, prototype, transforms);
         }
         Ok(())
+    }
+
+    /// Places a prototype by each row of a file, between two other transforms, or adds the placements to those that move.
+    fn read_placements(
+        &mut self,
+        prototype: PrototypeId,
+        path: &Path,
+        (before, after): (Transform, &Transform),
+        mut moving: Option<&mut Vec<Transform>>,
+    ) -> Result<(), LoadError> {
+        let (builder, budget) = (&mut self.builder, self.budget);
+        let taken = budget.taken();
+        let opened = self
+            .files
+            .mesh(path, budget)
+            .and_then(|opened| opened.into_bytes(budget));
+        let bytes = opened.map_err(|error| load_error(path, &error))?;
+        let read = placements::read(&bytes, path, |rows| {
+            let transform = before
+                .then_transform(&Transform::from_rows(rows))
+                .then_transform(after);
+            let Some(moving) = &mut moving else {
+                let added = builder.add_instance(prototype, &transform);
+                return added.map_err(|error| error.to_string());
+            };
+            if moving.len() >= MAX_INSTANCES {
+                return Err(format!("more than {MAX_INSTANCES} instances"));
+            }
+            // Twice, as the array grows.
+            let taken = budget.take(2 * size_of::<Transform>());
+            moving.push(transform);
+            taken.map_err(|error| error.to_string())
+        });
+        drop(bytes);
+        budget.give_back_to(taken);
+        read
     }
 
     /// Waits for the keyframes of instances.
