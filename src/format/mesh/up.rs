@@ -231,8 +231,15 @@ impl Sample {
 mod tests {
     use super::*;
 
-    /// A box with its sides and the bottom or the top left out where asked.
-    fn open_box(size: [f32; 3], bottom: bool, top: bool) -> TriangleMesh {
+    /// A face of [`open_box`].
+    #[derive(PartialEq)]
+    enum Face {
+        Bottom,
+        Top,
+    }
+
+    /// A box without its sides, with these faces.
+    fn open_box(size: [f32; 3], faces: &[Face]) -> TriangleMesh {
         let mut mesh = TriangleMesh::default();
         for corner in 0..8 {
             let at = |axis: usize| if corner >> axis & 1 == 1 { size[axis] } else { 0.0 };
@@ -240,10 +247,10 @@ mod tests {
             mesh.y.push(at(1));
             mesh.z.push(at(2));
         }
-        if bottom {
+        if faces.contains(&Face::Bottom) {
             mesh.triangles.extend([[0, 2, 1], [1, 2, 3]]);
         }
-        if top {
+        if faces.contains(&Face::Top) {
             mesh.triangles.extend([[4, 5, 6], [5, 7, 6]]);
         }
         // A ridge from edge to edge: no side is flat.
@@ -272,23 +279,23 @@ mod tests {
     fn a_mesh_that_lies_on_its_side_is_doubted() {
         let reason =
             |mesh: &TriangleMesh, assumed| doubt(mesh, assumed).map_or(String::new(), |doubt| doubt.1);
-        let statue = open_box([1.0, 1.0, 2.0], true, false);
+        let statue = open_box([1.0, 1.0, 2.0], &[Face::Bottom]);
         assert_eq!(reason(&statue, UpAxis::Y), "its flat side faces -z");
         assert_eq!(doubt(&statue, UpAxis::Z), None);
-        let hanging = open_box([1.0, 1.0, 2.0], false, true);
+        let hanging = open_box([1.0, 1.0, 2.0], &[Face::Top]);
         assert_eq!(
             doubt(&hanging, UpAxis::Y).map(|(axis, _)| axis),
             Some(UpAxis::MinusZ)
         );
-        let tower = open_box([1.0, 1.0, 5.0], false, false);
+        let tower = open_box([1.0, 1.0, 5.0], &[]);
         assert_eq!(reason(&tower, UpAxis::Y), "it is longest along z");
-        let lying = open_box([5.0, 1.0, 1.0], true, true);
+        let lying = open_box([5.0, 1.0, 1.0], &[Face::Bottom, Face::Top]);
         assert_eq!(doubt(&lying, UpAxis::Z), None);
-        let column = open_box([1.0, 1.0, 5.0], true, true);
+        let column = open_box([1.0, 1.0, 5.0], &[Face::Bottom, Face::Top]);
         assert_eq!(reason(&column, UpAxis::Y), "it is longest along z");
-        let terrain = open_box([10.0, 10.0, 1.0], false, false);
+        let terrain = open_box([10.0, 10.0, 1.0], &[]);
         assert_eq!(reason(&terrain, UpAxis::Y), "it is thinnest along z");
-        let car = open_box([1.8, 1.4, 4.5], false, false);
+        let car = open_box([1.8, 1.4, 4.5], &[]);
         assert_eq!(doubt(&car, UpAxis::Y), None);
         assert_eq!(doubt(&TriangleMesh::default(), UpAxis::Y), None);
     }
