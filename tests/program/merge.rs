@@ -152,7 +152,7 @@ fn json_says_what_was_merged() {
     render(&folder, "a.scn", "top.png", "--crop 0,0,61,20");
     render(&folder, "a.scn", "bottom.png", "--crop 0,20,61,43");
     let run = folder.run_line("merge top.png bottom.png -o all.png --json -");
-    let json = &run.succeeded().stdout;
+    let json = run.succeeded().text();
     let start = r#"{"schema":1,"output":"all.png","width":61,"height":43,"tiles":2,"seconds":"#;
     assert!(json.starts_with(start), "{json}");
     for (json, words) in [
@@ -168,7 +168,7 @@ fn json_says_what_was_merged() {
     let run = folder.run_line("generate spheres --count 1000 -o made --json -");
     let start =
         r#"{"schema":1,"kind":"spheres","seed":0,"scene":"made/spheres.scn","meshes":[],"spheres":1000,"#;
-    assert!(run.succeeded().stdout.starts_with(start));
+    assert!(run.succeeded().text().starts_with(start));
     let run = folder.run_line("generate terrain --count 200 -o . --json ./terrain.ply");
     run.failed(2, "both the scene and the JSON would be written to ./terrain.ply");
 }
