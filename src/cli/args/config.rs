@@ -6,7 +6,7 @@
 use super::definition;
 use crate::{
     cli::CliError,
-    error::{LoadError, SourcePos, clip, io_reason},
+    error::{LoadError, clip, io_reason},
     format,
 };
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, error::ErrorKind, parser::ValueSource};
@@ -16,7 +16,6 @@ use std::{
     io::{self, Read},
     ops::Range,
     path::{Path, PathBuf},
-    sync::Arc,
 };
 use toml::{Spanned, de::DeTable, de::DeValue};
 
@@ -69,10 +68,7 @@ pub fn with_defaults(
         return Ok(None);
     };
     let text = read(&path).map_err(|error| LoadError::whole_file(&path, io_reason(&error)))?;
-    let file = File {
-        path: Arc::new(path),
-        text: &text,
-    };
+    let file = File { path, text: &text };
     let defaults = file.defaults()?;
     let given = |id: &str| matches.value_source(id) == Some(ValueSource::CommandLine);
     let kept = defaults.into_iter().filter(|default| {
@@ -126,7 +122,7 @@ struct Setting {
 }
 
 struct File<'a> {
-    path: Arc<PathBuf>,
+    path: PathBuf,
     text: &'a str,
 }
 
@@ -193,26 +189,13 @@ impl File<'_> {
     }
 
     fn fault(&self, span: Range<usize>, message: &str) -> LoadError {
-        // A span counts bytes and may begin at the end of the text.
-        let bytes = self.text.as_bytes();
-        let start = span.start.min(bytes.len());
-        let line_start = bytes[..start]
-            .iter()
-            .rposition(|&byte| byte == b'\n')
-            .map_or(0, |newline| newline + 1);
-        let line = bytes[line_start..]
-            .split(|&byte| byte == b'\n')
-            .next()
-            .unwrap_or_default();
-        let column = start - line_start;
-        let at = SourcePos {
-            file: Arc::clone(&self.path),
-            line: bytes[..line_start].iter().filter(|&&byte| byte == b'\n').count() as u32 + 1,
-            column: column as u32 + 1,
-        };
-        let end = (column + span.len()).min(line.len()).max(column.min(line.len()));
         // A parser's message may have several lines.
-        LoadError::new(at, message.replace('\n', ", ")).with_line(line, column.min(line.len())..end)
+        LoadError::in_text(
+            &self.path,
+            self.text.as_bytes(),
+            span,
+            message.replace('\n', ", "),
+        )
     }
 }
 

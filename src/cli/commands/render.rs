@@ -28,7 +28,7 @@ use crate::{
 };
 use ahead::Ahead;
 use labels::Labels;
-use moving::move_to;
+use moving::SceneAtTime;
 use std::{
     path::{Path, PathBuf},
     thread,
@@ -223,8 +223,8 @@ impl Call<'_> {
         };
         let look = self.plan.looks.of(input.is_mesh());
         let Input {
-            mut scene,
-            mut camera,
+            scene,
+            camera,
             rig,
             notes,
             ..
@@ -238,40 +238,51 @@ impl Call<'_> {
             scene.primitive_count(),
         );
         memory::check_build(&scene, quality)?;
-        let (mut bvh, build_time) = timed(|| stages::build(&scene, quality, self.verbose));
+        let (bvh, build_time) = timed(|| stages::build(&scene, quality, self.verbose));
         let taken = (scene.memory_bytes() + bvh.stats().memory_bytes) as u64;
         ahead.start(left.get(1), job.scene_memory.saturating_sub(taken));
 
-        let mut spent = Spent {
+        let spent = Spent {
             load: load_time,
             build: build_time,
         };
-        // A renderer borrows its scene: if the lights turn with the camera, each frame needs its own renderer.
-        let mut animation = self.animation(job, look)?;
-        let together = if rig.is_some() || scene.moves() {
-            1
-        } else {
-            job.frames.len().max(1)
+        let scene = SceneAtTime {
+            scene,
+            bvh,
+            camera,
+            rig,
         };
-        for frames in job.frames.chunks(together) {
-            if let ([frame], true) = (frames, scene.moves()) {
-                spent.build += move_to(frame.turn, job, (&mut scene, &mut bvh), &mut camera)?;
-            }
-            if let (Some(rig), [frame]) = (&rig, frames) {
-                let view = self.camera_of(frame.turn, &camera)?.view();
-                let lights = rig.lights(view.eye - view.target);
-                scene.take_lights(lights.map_err(|error| CliError::Failed(error.to_string()))?);
+        self.render_frames(job, look, scene, &faults, spent)?;
+        self.note_written(look);
+        Ok(())
+    }
+
+    /// Renders the frames of a scene that is loaded.
+    fn render_frames(
+        &mut self,
+        job: &Job,
+        look: &Look,
+        mut at_time: SceneAtTime,
+        faults: &Faults,
+        mut spent: Spent,
+    ) -> Result<(), CliError> {
+        let mut animation = self.animation(job, look)?;
+        for frames in job.frames.chunks(at_time.frames_together(job.frames.len())) {
+            if let [frame] = frames {
+                spent.build += at_time.move_to(frame.turn, job)?;
+                let view = self.camera_of(frame.turn, &at_time.camera)?.view();
+                at_time.light(&view)?;
             }
             let loaded = Loaded {
                 path: &job.input.path,
-                scene: &scene,
-                bvh: &bvh,
-                faults: &faults,
+                scene: &at_time.scene,
+                bvh: &at_time.bvh,
+                faults,
                 look,
             };
-            let mut renderer = Renderer::new(&scene, &bvh);
+            let mut renderer = Renderer::new(&at_time.scene, &at_time.bvh);
             for frame in frames {
-                let camera = self.camera_of(frame.turn, &camera)?;
+                let camera = self.camera_of(frame.turn, &at_time.camera)?;
                 self.render_frame(
                     &loaded,
                     (&mut renderer, &camera),
@@ -284,7 +295,6 @@ impl Call<'_> {
         if let Some(animation) = animation {
             animation.finish()?;
         }
-        self.note_written(look);
         Ok(())
     }
 

@@ -7,3 +7,4 @@ pub mod memory;
 mod stage;
 
 pub use input::{Input, load_and_list, load_bare, show_mesh};
+pub use stage::Rig;

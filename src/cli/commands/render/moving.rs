@@ -5,27 +5,54 @@ use crate::{
     accel::Bvh,
     cli::{
         CliError,
+        load::Rig,
         plan::{Job, Turn},
     },
-    scene::{Camera, Scene},
+    scene::{Camera, Scene, View},
 };
 use std::time::{Duration, Instant};
 
-/// Moves a scene to a frame, with its BVH and camera. Returns the time that took.
-pub fn move_to(
-    turn: Option<Turn>,
-    job: &Job,
-    (scene, bvh): (&mut Scene, &mut Bvh),
-    camera: &mut Camera,
-) -> Result<Duration, CliError> {
-    let start = Instant::now();
-    if let Some(turn) = turn {
-        let moved = scene.set_time(turn.number.into());
-        moved.map_err(|error| CliError::Failed(error.to_string()))?;
-        bvh.follow(scene);
-        *camera = job.input.camera.for_scene(scene)?;
+/// A loaded scene, and what a frame may move.
+pub struct SceneAtTime {
+    pub scene: Scene,
+    pub bvh: Bvh,
+    pub camera: Camera,
+    /// Lights that turn with the camera.
+    pub rig: Option<Rig>,
+}
+
+impl SceneAtTime {
+    /// How many of `frames` one renderer can render. It borrows the scene, so if frames change the scene each needs its own.
+    pub fn frames_together(&self, frames: usize) -> usize {
+        if self.rig.is_some() || self.scene.moves() {
+            1
+        } else {
+            frames.max(1)
+        }
     }
-    Ok(start.elapsed())
+
+    /// Moves scene, BVH and camera to a frame. Returns the time that took.
+    pub fn move_to(&mut self, turn: Option<Turn>, job: &Job) -> Result<Duration, CliError> {
+        let Some(turn) = turn.filter(|_| self.scene.moves()) else {
+            return Ok(Duration::ZERO);
+        };
+        let start = Instant::now();
+        let moved = self.scene.set_time(turn.number.into());
+        moved.map_err(|error| CliError::Failed(error.to_string()))?;
+        self.bvh.follow(&self.scene);
+        self.camera = job.input.camera.for_scene(&self.scene)?;
+        Ok(start.elapsed())
+    }
+
+    /// Turns the lights of the rig to the camera `view`.
+    pub fn light(&mut self, view: &View) -> Result<(), CliError> {
+        if let Some(rig) = &self.rig {
+            let lights = rig.lights(view.eye - view.target);
+            let lights = lights.map_err(|error| CliError::Failed(error.to_string()))?;
+            self.scene.take_lights(lights);
+        }
+        Ok(())
+    }
 }
 
 impl Call<'_> {
