@@ -84,7 +84,7 @@ triangle -5 -5 0  5 -5 0  0 5 0
 const ALL: &str = "--aov depth,normal,albedo,id,heat,mask,z,instance";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 43] = [
+const CASES: [(&str, &str, &str); 44] = [
     ("instances.scn", "exr", ALL),
     (
         "instances.scn",

@@ -83,6 +83,7 @@ impl VertexColumns {
 }
 
 /// Takes the first `length` elements, or all if there are fewer.
+#[expect(clippy::mut_mut, reason = "the slice itself is shortened")]
 fn split_off<'a, T>(rest: &mut &'a mut [T], length: usize) -> &'a mut [T] {
     rest.split_off_mut(..length.min(rest.len())).unwrap_or_default()
 }
