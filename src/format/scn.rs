@@ -69,6 +69,7 @@ pub(super) fn parse(
         folder: PathBuf::new(),
         builder: SceneBuilder::within(budget.limit()),
         material: None,
+        own_is_srgb: false,
         meshes: Meshes::default(),
         placed: HashSet::new(),
         stored: HashMap::new(),
@@ -147,6 +148,8 @@ struct Reader<'a> {
     /// The current material. None before the first `material`: meshes have the materials of their files, other shapes have
     /// material 0.
     material: Option<MaterialId>,
+    /// Whether colours and textures of meshes with their own materials are decoded.
+    own_is_srgb: bool,
     meshes: Meshes,
     placed: HashSet<Placed>,
     /// The prototypes of instances.

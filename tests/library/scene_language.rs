@@ -1,6 +1,7 @@
 //! The examples of `docs/scene-language.md`: each loads, shows something, and gives the same picture in packet and scalar
 //! mode. Every statement has an example.
 
+use glam::DVec3;
 use octray::{
     accel::Bvh,
     format::load_from_bytes,
@@ -99,6 +100,26 @@ fn every_example_shows_something() {
     }
 }
 
+/// The colours of one file, as they are and decoded, in meshes and instances.
+#[test]
+fn own_colours_are_decoded_on_request() {
+    let text = "ambient 1\nmesh a.obj\nmaterial own srgb\nmesh a.obj translate 4 0 0\nmesh a.obj translate 8 0 0\n\
+                instance a.obj translate 12 0 0\nmaterial own\ninstance a.obj translate 16 0 0\n";
+    let mesh = "mtllib a.mtl\nusemtl a\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n";
+    let scene = load_from_bytes(text.as_bytes(), Path::new("a.scn"), &mut |path| {
+        let is_mesh = path.extension().is_some_and(|extension| extension == "obj");
+        Ok(if is_mesh { mesh } else { "newmtl a\nKd 1 0.5 0\n" }.into())
+    });
+    let scene = scene.expect("a scene");
+    for (x, green) in [(0.0, 0.5), (4.0, 0.214), (8.0, 0.214), (12.0, 0.214), (16.0, 0.5)] {
+        let (eye, target) = (DVec3::new(x, 0.0, 9.0), DVec3::new(x, 0.0, 0.0));
+        let camera = Camera::look_at(eye, target, DVec3::Y, 1.0).expect("a camera");
+        let [red, found, blue] = film(&scene, &camera, Mode::Packet).pixels()[0];
+        assert_eq!((red, blue), (1.0, 0.0));
+        assert!((found - green).abs() < 1e-4, "{found} at {x}");
+    }
+}
+
 /// The list of statements is that of the error about an unknown one.
 #[test]
 fn every_statement_and_key_has_an_example() {
@@ -116,7 +137,7 @@ fn every_statement_and_key_has_an_example() {
             .any(|line| line.trim_start().starts_with(statement));
         assert!(found, "no example of {statement}");
     }
-    for key in "scale rotate translate point_size placements cd cs kd ks alpha mix color bottom top eye target up fov ortho aperture focus normal checker size own silhouette matte \
+    for key in "scale rotate translate point_size placements cd cs kd ks alpha mix color bottom top eye target up fov ortho aperture focus normal checker size own srgb silhouette matte \
                 blinn_phong reflection glass ior tint depth opacity tinted lights"
         .split_whitespace()
     {

@@ -33,7 +33,7 @@ impl Reader<'_> {
         });
         let file = file.transpose()?;
         let path = self.path(&arguments, word, "mesh")?;
-        let number = self.meshes.number(self.files.identity(&path));
+        let number = self.mesh_number(&path, self.material);
         let radius_bits = placement.point_radius.map_or(0, f32::to_bits);
         let stored: Stored = (number, self.material, radius_bits);
         let prototype = if let Some(&prototype) = self.stored.get(&stored) {
@@ -125,7 +125,7 @@ impl Reader<'_> {
         point_radius: Option<f32>,
     ) -> Result<PrototypeId, LoadError> {
         let (line, material) = (arguments.line, self.material);
-        let number = self.meshes.number(self.files.identity(path));
+        let number = self.mesh_number(path, material);
         let mut loaded = self.load_mesh(arguments, word, path, (material, Kind::Any, false))?;
         mesh::note_faces(loaded.as_mut(), path, point_radius);
         let placement = mesh::Placement {

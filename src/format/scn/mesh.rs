@@ -93,7 +93,7 @@ impl Reader<'_> {
             Kind::Any => "mesh",
         };
         let path = self.path(arguments, word, what)?;
-        let number = self.meshes.number(self.files.identity(&path));
+        let number = self.mesh_number(&path, material);
         let radius_bits = placement.point_radius.map_or(0, f32::to_bits);
         let lights_bits = placement.lights.map_or(0, f32::to_bits);
         let is_any = kind == Kind::Any;
@@ -130,6 +130,12 @@ impl Reader<'_> {
         Ok(())
     }
 
+    /// The number of a mesh file that is shown with `material`, or its own.
+    pub(super) fn mesh_number(&mut self, path: &Path, material: Option<MaterialId>) -> usize {
+        let is_linear = material.is_none() && self.own_is_srgb;
+        self.meshes.number(self.files.identity(path), is_linear)
+    }
+
     /// Reads the file of a mesh, unless it is kept.
     pub(super) fn load_mesh(
         &mut self,
@@ -138,8 +144,7 @@ impl Reader<'_> {
         path: &Path,
         (material, kind, takes_lights): (Option<MaterialId>, Kind, bool),
     ) -> Result<Option<LoadedMesh>, LoadError> {
-        let number = self.meshes.number(self.files.identity(path));
-        let is_own = material.is_none();
+        let (number, is_own) = (self.mesh_number(path, material), material.is_none());
         let loaded = self.meshes.load(
             number,
             path,

@@ -36,8 +36,8 @@ pub(super) enum Kind {
 /// The mesh files of a scene.
 #[derive(Default)]
 pub(super) struct Meshes {
-    /// By their identity.
-    numbers: HashMap<PathBuf, usize>,
+    /// By their identity, and whether their colours are decoded.
+    numbers: HashMap<(PathBuf, bool), usize>,
     files: Vec<MeshFile>,
     /// The files that meshes name.
     beside: HashSet<PathBuf>,
@@ -49,6 +49,8 @@ pub(super) struct Meshes {
 
 #[derive(Default)]
 struct MeshFile {
+    /// Whether colours and textures become linear light.
+    is_linear: bool,
     was_read: bool,
     kept: Option<Kept>,
     /// The materials of its own surfaces, once a placement uses them.
@@ -64,12 +66,15 @@ struct Kept {
 }
 
 impl Meshes {
-    /// The number of the file with this identity.
-    pub(super) fn number(&mut self, identity: PathBuf) -> usize {
+    /// The number of the file with this identity, whose colours and textures become linear light if `is_linear`.
+    pub(super) fn number(&mut self, identity: PathBuf, is_linear: bool) -> usize {
         let next = self.files.len();
-        let number = *self.numbers.entry(identity).or_insert(next);
+        let number = *self.numbers.entry((identity, is_linear)).or_insert(next);
         if number == next {
-            self.files.push(MeshFile::default());
+            self.files.push(MeshFile {
+                is_linear,
+                ..MeshFile::default()
+            });
         }
         number
     }
@@ -110,6 +115,9 @@ impl Meshes {
             Kind::Any => mesh::read(opened, path, &mut open, budget)?,
         };
         leave_out(&mut mesh, (kind, takes_lights), path);
+        if file.is_linear {
+            mesh.linearize();
+        }
         // To a mesh a missing material library is no fault.
         count(copied, 0).map_err(|message| LoadError::whole_file(path, message))?;
         budget.give_back_to(before);

@@ -24,6 +24,8 @@ const OTHER_NAMES: [(&str, &str); 8] = [
 
 /// Gives meshes the materials of their files again, as before the first `material`.
 const OWN: &str = "own";
+/// May follow it: their colours and textures are decoded from sRGB.
+const SRGB: &str = "srgb";
 
 const BACKGROUND_USAGE: &str = "background r g b";
 
@@ -125,9 +127,16 @@ impl Reader<'_> {
     fn material(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         let [name] = arguments.leading()?;
         if name.text == OWN.as_bytes() {
+            self.own_is_srgb = arguments.peek().is_some_and(|word| word.text == SRGB.as_bytes());
+            let expected = if self.own_is_srgb {
+                arguments.next();
+                "the end of the line".to_owned()
+            } else {
+                format!("`{SRGB}` or the end of the line")
+            };
             if let Some(extra) = arguments.peek() {
                 let message = format!(
-                    "found {} after `material own`, expected the end of the line",
+                    "found {} after `material own`, expected {expected}",
                     quote(extra.text)
                 );
                 return Err(arguments.unexpected(&extra, message));
