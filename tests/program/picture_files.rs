@@ -126,7 +126,7 @@ fn impossible_combinations_are_refused() {
         ("--crop 5,5,5,9", "x0 below x1"),
         ("--pattern random", "grid, stratified, sobol"),
         ("--filter gauss", "box, tent, blackman-harris"),
-        ("--aov z", "depth, normal, albedo, id, heat"),
+        ("--aov depths", "depth, normal, albedo, id, heat"),
         ("-o - --aov depth", "-o a.png"),
         ("--srgb --linear", "--linear"),
         ("-o a.exr --srgb", "leave out --srgb"),
