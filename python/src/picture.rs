@@ -59,8 +59,7 @@ pub fn raised(error: &CliError) -> PyErr {
     let text = error.text().unwrap_or_else(|| "interrupted".to_owned());
     match error {
         CliError::Memory(_) => PyMemoryError::new_err(text),
-        // The whole file is at fault.
-        CliError::Load(error) if error.at.line == 0 && !error.at.file.exists() => {
+        CliError::Load(error) if error.at.line == 0 && error.message.starts_with("file not found") => {
             PyFileNotFoundError::new_err(text)
         }
         CliError::Usage(text) => {
