@@ -190,7 +190,10 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
     let emission = if emission_left_out || emissive.is_unsupported || material.unlit() {
         [0.0; 3]
     } else {
-        material.emissive_factor().map(display_value)
+        let strength = material.emissive_strength().unwrap_or(1.0);
+        material
+            .emissive_factor()
+            .map(|factor| display_value(factor * strength))
     };
     let (cut_out, opacity) = coverage(material, alpha, base.texture, through);
     let mut diffuse = [red, green, blue].map(display_value);
