@@ -22,7 +22,7 @@ use std::sync::{
     atomic::{AtomicBool, Ordering},
 };
 
-/// Calls with at most so many rays or points are not worth a thread that watches for Ctrl-C.
+/// The most rays or points of a call without a thread that watches for Ctrl-C.
 const FEW: usize = 1 << 8;
 
 /// The error for Python.

@@ -172,8 +172,8 @@ pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(&AtomicBool) -> 
     }
 }
 
-/// How many rays of a call are traced at a time: few at first, then as many as [`STEP`] allows. In most meshes all of a
-/// part; where thousands of triangles overlap, a ray may take milliseconds.
+/// The number of rays that are traced between two checks: small at first, then what [`STEP`] has time for. In most meshes
+/// that is a whole part; where thousands of triangles overlap, a ray may take milliseconds.
 pub struct Pace(AtomicUsize);
 
 impl Default for Pace {

@@ -49,7 +49,7 @@ pub(super) fn prefetch_rays(rays: &[RayPacket], origins: &[Vec3x8], i: usize) {
     }
 }
 
-/// Finds the next live packets, from `next` on and as many as there is room for in `members`, and returns their number.
+/// Fills `members` with live packets from `next` on, until it is full or there are no more. Returns their number.
 #[inline(always)]
 fn next_live<S: Simd, A: ResultSink>(
     simd: S,

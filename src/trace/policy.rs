@@ -154,19 +154,19 @@ impl CoherencePolicy {
         pays && self.method == Method::Adaptive
     }
 
-    /// Returns whether sorting pays if so many of the sampled packets with separate origins are mixed.
+    /// Returns whether sorting pays, given how many of the `sampled` packets with separate origins are `mixed`.
     #[inline(always)]
     pub fn sorts_mixed(mixed: usize, sampled: usize) -> bool {
         mixed * MIXED_ONE_IN >= sampled
     }
 
-    /// Returns whether sorting may pay for so many packets with a shared origin.
+    /// Returns whether a group with a shared origin has enough packets for sorting to pay.
     #[inline(always)]
     pub fn sorts_many(packets: usize) -> bool {
         packets >= FEWEST_SORTED
     }
 
-    /// Returns whether sorting pays if so many of the sampled packets with a shared origin are [spread](SPREAD).
+    /// Returns whether sorting pays, given how many of the `sampled` packets with a shared origin are [spread](SPREAD).
     #[inline(always)]
     pub fn sorts_spread(spread: usize, sampled: usize) -> bool {
         spread * SPREAD_ONE_IN >= sampled
@@ -200,8 +200,7 @@ impl CoherencePolicy {
         self.leaf_statistics.packets += packets;
     }
 
-    /// Returns whether so many packets are less than half of a bundle, as at a picture's edge, which says nothing about
-    /// others.
+    /// Returns whether a bundle has less than half of its packets, as at a picture's edge. It says nothing about others.
     #[inline(always)]
     pub fn is_small(packets: usize) -> bool {
         packets < super::PACKETS / 2

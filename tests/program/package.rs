@@ -55,7 +55,12 @@ fn pictures(text: &str) -> BTreeSet<String> {
         .map(|(link, _)| link);
     links
         .chain(sources)
-        .filter(|link| Path::new(link).extension() == Some("png".as_ref()) && !link.contains("://"))
+        .filter(|link| {
+            let extension = Path::new(link)
+                .extension()
+                .and_then(|extension| extension.to_str());
+            matches!(extension, Some("png" | "jpg")) && !link.contains("://")
+        })
         .map(str::to_owned)
         .collect()
 }

@@ -132,7 +132,7 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Of a picture with these settings.
+    /// The axis of a picture with these settings.
     pub fn of(camera: &Camera, settings: &Settings) -> Self {
         let middle = [settings.width, settings.height].map(|side| 0.5 * f64::from(side));
         let focal = match camera.view().projection {
