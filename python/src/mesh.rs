@@ -277,7 +277,8 @@ impl Mesh {
         Ok(found.into_pyarray(py))
     }
 
-    /// With `starts` also the triangles on which rays start, at t = 0, which must not be before `t_min` then.
+    /// With `starts` as trimesh's engines: also the triangles on which rays start, at t = 0, which must not be before `t_min`
+    /// then, and hits are those of the rays as they are given, not rounded to `f32`.
     #[expect(clippy::type_complexity, reason = "a tuple of arrays")]
     #[expect(
         clippy::too_many_arguments,
@@ -307,9 +308,10 @@ impl Mesh {
                 let range = part.start * SMALL_PART..count.min(part.end * SMALL_PART);
                 let rays = rays.part(&range)?;
                 // So few rays are one task of the library, on this thread.
-                let trace = || match crossings {
-                    true => geometry.crossings_each(rays),
-                    false => geometry.all_hits_each(rays, max_hits),
+                let trace = || match (crossings, starts) {
+                    (true, _) => geometry.crossings_each(rays),
+                    (false, true) => geometry.exact_hits_each(rays, max_hits),
+                    (false, false) => geometry.all_hits_each(rays, max_hits),
                 };
                 let (all, at_start) = if starts {
                     geometry.with_starts(rays, trace)

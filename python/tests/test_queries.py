@@ -455,6 +455,20 @@ def test_trimesh_tells_one_triangle_at_an_edge():
     assert locations.shape == (0, 3)
 
 
+def test_trimesh_hits_are_those_of_float64_rays():
+    trimesh = pytest.importorskip("trimesh")
+    import octray.trimesh
+
+    square = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]], process=False)
+    random = np.random.default_rng(3)
+    at = np.repeat(random.uniform(0.1, 0.9, (500, 1)), 3, axis=1) * [1, 1, 0]
+    above = random.random(500) < 0.5
+    at[:, 1] += np.where(above, 1e-12, -1e-12)
+    origins = random.uniform(-1, 2, (500, 3)) + [0, 0, 3]
+    triangle, ray = octray.trimesh.RayMeshIntersector(square).intersects_id(origins, at - origins)
+    assert (ray == np.arange(500)).all() and (triangle == above).all()
+
+
 def test_trimesh_makes_its_primitives_with_it(monkeypatch):
     trimesh = pytest.importorskip("trimesh")
     import octray.trimesh

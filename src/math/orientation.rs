@@ -26,44 +26,48 @@ const EVEN: [[usize; 4]; 12] = [
     [3, 2, 1, 0],
 ];
 
-/// More than the rounding of 24 products and their sum, as a fraction of the sum of their magnitudes.
+/// More than the rounding of 24 products of three and of their sum, as a fraction of the sum of their magnitudes.
 const ROUNDING: f64 = 32.0 / (1_u64 << 53) as f64;
 
-/// Returns a number with the sign of the determinant of four rows of `f32` numbers: of four points, the side of the plane
-/// through three on which the fourth is.
+/// Returns a number with the sign of the determinant of four rows: of four points, the side of the plane through three on
+/// which the fourth is. Exact unless products of three numbers underflow or overflow.
 pub(crate) fn sign(rows: [Row; 4]) -> f64 {
     let (mut sum, mut magnitude) = (0.0, 0.0);
-    for_each_product(&rows, |x, y| {
-        sum += x * y;
-        magnitude += (x * y).abs();
+    for_each_product(&rows, |[a, b, c]| {
+        let product = a * b * c;
+        sum += product;
+        magnitude += product.abs();
     });
     if sum.abs() > magnitude * ROUNDING {
         return sum;
     }
     let mut exact = Expansion::default();
-    for_each_product(&rows, |x, y| {
-        let product = x * y;
-        exact.add(product);
-        // The rounding error of the product is itself representable.
-        exact.add(x.mul_add(y, -product));
+    for_each_product(&rows, |[a, b, c]| {
+        // The rounding error of a product of two is itself representable.
+        let ab = a * b;
+        for factor in [ab, a.mul_add(b, -ab)] {
+            let product = factor * c;
+            exact.add(product);
+            exact.add(factor.mul_add(c, -product));
+        }
     });
     exact.sign()
 }
 
-/// Calls `add` with two factors of each of the 24 products. The first factor is exact: a product of two `f32` numbers.
-fn for_each_product(rows: &[Row; 4], mut add: impl FnMut(f64, f64)) {
+/// Calls `add` with the factors of each of the 24 products.
+fn for_each_product(rows: &[Row; 4], mut add: impl FnMut([f64; 3])) {
     for [i, j, k, l] in EVEN {
-        let factors = [rows[0][i], rows[1][j], rows[2][k], rows[3][l]];
-        let (x, y) = halves(factors, [i, j, k, l]);
-        add(x, y);
-        let factors = [rows[1][i], rows[0][j], rows[2][k], rows[3][l]];
-        let (x, y) = halves(factors, [i, j, k, l]);
-        add(-x, y);
+        add(three(
+            [rows[0][i], rows[1][j], rows[2][k], rows[3][l]],
+            [i, j, k, l],
+        ));
+        let [a, b, c] = three([rows[1][i], rows[0][j], rows[2][k], rows[3][l]], [i, j, k, l]);
+        add([-a, b, c]);
     }
 }
 
-/// Four factors as two. That of the last column is 1 or 0, and goes with two others.
-fn halves(factors: [f64; 4], columns: [usize; 4]) -> (f64, f64) {
+/// Four factors as three: that of the last column is 1 or 0, and goes with another.
+fn three(factors: [f64; 4], columns: [usize; 4]) -> [f64; 3] {
     let last = columns.iter().position(|&column| column == 3).unwrap_or(3);
     let [a, b, c] = match last {
         0 => [factors[1], factors[2], factors[3]],
@@ -71,5 +75,5 @@ fn halves(factors: [f64; 4], columns: [usize; 4]) -> (f64, f64) {
         2 => [factors[0], factors[1], factors[3]],
         _ => [factors[0], factors[1], factors[2]],
     };
-    (a * b * factors[last], c)
+    [a * factors[last], b, c]
 }

@@ -3,6 +3,7 @@
 use super::{
     Points, QueryError, Ray, Rays, Worker,
     coordinates::scene_of,
+    exact::{AllOfLine, GivenLine, Line},
     rays::EightRays,
     sinks::{All, Any, Closest, Crossings},
     unit::{UnitPacket, UnitRay},
@@ -387,37 +388,51 @@ impl Geometry {
     /// Finds all hits of many rays, as [`Geometry::all_hits`] does, on the threads of the current rayon pool.
     #[must_use]
     pub fn all_hits_each<'r>(&self, rays: impl Into<Rays<'r>>, limit: Option<usize>) -> AllHits {
-        self.each_of(rays.into(), |unit, hits| self.all_into(unit, limit, hits))
+        self.each_of(rays.into(), |unit, _, hits| self.all_into(unit, limit, hits))
+    }
+
+    /// Finds all hits of many rays whose directions are not rounded to `f32`, nor their origins where triangles are farther
+    /// away than a sixth of an origin's distance from the middle of the geometry. Hits are those of exact arithmetic then:
+    /// triangles within rounding error of each other's edges may differ from those of [`Geometry::all_hits_each`].
+    #[doc(hidden)]
+    #[must_use]
+    pub fn exact_hits_each<'r>(&self, rays: impl Into<Rays<'r>>, limit: Option<usize>) -> AllHits {
+        self.each_of(rays.into(), |unit, line, hits| {
+            let first = hits.len();
+            let all = All::new(unit, limit, self.bvh.repeats(), hits);
+            let mut exact = AllOfLine::new(all, Line::new(line, self.middle(), unit.ray.origin));
+            visit(self.level, &self.bvh, &unit.ray, &mut exact);
+            exact.into_all().into_hits(first)
+        })
     }
 
     /// Finds the crossings of many rays, as [`Geometry::crossings`] does, on the threads of the current rayon pool.
     #[must_use]
     pub fn crossings_each<'r>(&self, rays: impl Into<Rays<'r>>) -> AllHits {
-        self.each_of(rays.into(), |unit, mut hits| {
+        self.each_of(rays.into(), |unit, _, mut hits| {
             hits.extend(self.crossings_of(unit));
             hits
         })
     }
 
-    /// Eight rays from `i` on.
-    fn units(&self, rays: Rays<'_>, i: usize) -> UnitPacket {
-        let mut eight = EightRays::ZERO;
-        at_level!(self.level, |simd| rays.eight(simd, i, &mut eight));
-        UnitPacket::new(&eight, self.middle())
-    }
-
-    /// Calls `append` for each ray, with the hits of those before.
-    fn each_of(&self, rays: Rays<'_>, append: impl Fn(UnitRay, Vec<Hit>) -> Vec<Hit> + Sync) -> AllHits {
+    /// Calls `append` for each ray, as the kernels and as the caller have it, with the hits of those before.
+    fn each_of(
+        &self,
+        rays: Rays<'_>,
+        append: impl Fn(UnitRay, GivenLine, Vec<Hit>) -> Vec<Hit> + Sync,
+    ) -> AllHits {
         let pieces: Vec<usize> = (0..rays.len()).step_by(RAYS).collect();
         let found: Vec<(Vec<Hit>, Vec<usize>)> = pieces
             .into_par_iter()
             .map(|start| {
                 let end = rays.len().min(start + RAYS);
                 let (mut hits, mut ends) = (Vec::new(), Vec::with_capacity(end - start));
+                let mut eight = EightRays::ZERO;
                 for i in (start..end).step_by(LANES) {
-                    let units = self.units(rays, i);
+                    at_level!(self.level, |simd| rays.eight(simd, i, &mut eight));
+                    let units = UnitPacket::new(&eight, self.middle());
                     for lane in 0..LANES.min(end - i) {
-                        hits = append(units.ray(lane), hits);
+                        hits = append(units.ray(lane), eight.line(lane), hits);
                         ends.push(hits.len());
                     }
                 }

@@ -4,7 +4,7 @@
 //! ```text
 //! positions, triangles, spheres -> Geometry: scene relative to its centre, BVH
 //! rays (any length, f32 or f64) -> unit rays in f32 (unit) -> many: packets through the tracer (worker)
-//!                                                          -> one: a visit with a sink (sinks, crossings)
+//!                                                          -> one: a visit with a sink (sinks, crossings, exact)
 //! points -> closest point (nearest), inside (inside: crossings on the way out)
 //! ```
 //! All hits are those of the canonical test: the same for one ray and for many, at every level, on any number of threads.
@@ -12,6 +12,7 @@
 mod coordinates;
 mod crossings;
 mod error;
+mod exact;
 mod geometry;
 mod inside;
 mod mesh;

@@ -228,6 +228,11 @@ impl EightRays {
         t_min: [0.0; LANES],
         t_max: [0.0; LANES],
     };
+
+    /// Origin and direction of one of them.
+    pub(super) fn line(&self, lane: usize) -> [DVec3; 2] {
+        [self.origin, self.direction].map(|[x, y, z]| DVec3::new(x[lane], y[lane], z[lane]))
+    }
 }
 
 impl<'a> Rays<'a> {

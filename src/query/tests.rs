@@ -3,6 +3,8 @@
 #[cfg(test)]
 mod crossings;
 #[cfg(test)]
+mod exact;
+#[cfg(test)]
 mod meshes;
 #[cfg(test)]
 mod needles;
