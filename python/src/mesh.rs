@@ -124,6 +124,47 @@ impl Mesh {
     }
 }
 
+/// Rays, triangles and distances of hits.
+type HitColumns = (Vec<i64>, Vec<i64>, Vec<f32>);
+
+/// Rays of which all hits are found between two checks for Ctrl-C: where thousands of triangles overlap, each takes
+/// milliseconds.
+const STEP: usize = 1 << 5;
+
+/// Which hits a call wants.
+struct AllWanted {
+    limit: Option<usize>,
+    crossings: bool,
+    starts: bool,
+}
+
+impl AllWanted {
+    /// Appends the hits of a few rays, `first` and those after it. They are one task of the library, on this thread.
+    fn append(&self, geometry: &Geometry, rays: Rays<'_>, first: usize, to: &mut HitColumns) {
+        let trace = || match (self.crossings, self.starts) {
+            (true, _) => geometry.crossings_each(rays),
+            (false, true) => geometry.exact_hits_each(rays, self.limit),
+            (false, false) => geometry.all_hits_each(rays, self.limit),
+        };
+        let (all, at_start) = if self.starts {
+            geometry.with_starts(rays, trace)
+        } else {
+            (trace(), Vec::new())
+        };
+        let mut at_start = at_start.into_iter().peekable();
+        for i in 0..rays.len() {
+            let own = std::iter::from_fn(|| at_start.next_if(|&(ray, _)| ray == i));
+            let own: Vec<(PrimitiveId, f32)> = own.map(|(_, triangle)| (triangle, 0.0)).collect();
+            let rest = all.of_ray(i).iter().map(|hit| (hit.primitive, hit.t));
+            for (triangle, t) in own.into_iter().chain(rest).take(self.limit.unwrap_or(usize::MAX)) {
+                to.0.push((first + i) as i64);
+                to.1.push(id_of(triangle));
+                to.2.push(t);
+            }
+        }
+    }
+}
+
 fn id_of(primitive: PrimitiveId) -> i64 {
     if primitive == PrimitiveId::NONE {
         -1
@@ -300,33 +341,20 @@ impl Mesh {
         Bound<'py, PyArray1<f32>>,
     )> {
         let rays = asked(&origins, &directions, &t_min, &t_max)?;
-        let limit = max_hits.unwrap_or(usize::MAX);
-        let (count, nothing) = (rays.len(), <(Vec<i64>, Vec<i64>, Vec<f32>)>::default());
+        let wanted = AllWanted {
+            limit: max_hits,
+            crossings,
+            starts,
+        };
+        let count = rays.len();
         let found = self.run(py, count, |geometry, cancelled| {
-            let mut parts = vec![nothing; count.div_ceil(SMALL_PART)];
+            let mut parts = vec![HitColumns::default(); count.div_ceil(SMALL_PART)];
             in_parts(&mut parts, 1, cancelled, |part, to| {
-                let range = part.start * SMALL_PART..count.min(part.end * SMALL_PART);
-                let rays = rays.part(&range)?;
-                // So few rays are one task of the library, on this thread.
-                let trace = || match (crossings, starts) {
-                    (true, _) => geometry.crossings_each(rays),
-                    (false, true) => geometry.exact_hits_each(rays, max_hits),
-                    (false, false) => geometry.all_hits_each(rays, max_hits),
-                };
-                let (all, at_start) = if starts {
-                    geometry.with_starts(rays, trace)
-                } else {
-                    (trace(), Vec::new())
-                };
-                let mut at_start = at_start.into_iter().peekable();
-                for (i, ray) in range.enumerate() {
-                    let own = std::iter::from_fn(|| at_start.next_if(|&(ray, _)| ray == i));
-                    let own: Vec<(PrimitiveId, f32)> = own.map(|(_, triangle)| (triangle, 0.0)).collect();
-                    let rest = all.of_ray(i).iter().map(|hit| (hit.primitive, hit.t));
-                    for (triangle, t) in own.into_iter().chain(rest).take(limit) {
-                        to[0].0.push(ray as i64);
-                        to[0].1.push(id_of(triangle));
-                        to[0].2.push(t);
+                let end = count.min(part.end * SMALL_PART);
+                for start in (part.start * SMALL_PART..end).step_by(STEP) {
+                    if !cancelled.load(Ordering::Relaxed) {
+                        let range = start..end.min(start + STEP);
+                        wanted.append(geometry, rays.part(&range)?, start, &mut to[0]);
                     }
                 }
                 Ok(())
