@@ -17,11 +17,15 @@ use std::{
         mpsc::{self, Receiver},
     },
     thread,
+    time::{Duration, Instant},
 };
 use winit::event_loop::EventLoopProxy;
 
 /// Bytes of a step of progress where the end is not known.
 const MEGABYTE: u64 = 1_000_000;
+
+/// Before that the time left is a guess.
+const GUESS: Duration = Duration::from_secs(2);
 
 /// Reports the progress of loading to the window.
 #[derive(Clone, Debug)]
@@ -47,6 +51,7 @@ impl Loading {
             loading: self.clone(),
             what: what.into(),
             total,
+            start: Instant::now(),
             done: AtomicU64::new(0),
             told: AtomicU64::new(0),
         }
@@ -59,6 +64,7 @@ pub struct Stage {
     loading: Loading,
     what: String,
     total: u64,
+    start: Instant,
     done: AtomicU64,
     /// The last reported progress, percent or megabytes.
     told: AtomicU64,
@@ -75,7 +81,8 @@ impl Stage {
     pub fn show(&self, done: u64, total: u64) {
         let (now, unit) = measure(done, total);
         if self.told.fetch_max(now, Ordering::Relaxed) < now {
-            let text = format!("{}  {now} {unit}", self.what);
+            let left = time_left(self.start.elapsed(), done, total).unwrap_or_default();
+            let text = format!("{}  {now} {unit}{left}", self.what);
             // Fails once the window is closed.
             let _ = self.loading.proxy.send_event((self.loading.event)(text));
         }
@@ -89,6 +96,18 @@ fn measure(done: u64, total: u64) -> (u64, &'static str) {
     }
     let percent = u128::from(done.min(total)) * 100 / u128::from(total);
     (percent as u64, "%")
+}
+
+/// How long the rest takes if it is as fast as what is done.
+fn time_left(elapsed: Duration, done: u64, total: u64) -> Option<String> {
+    if elapsed < GUESS || done == 0 || done >= total {
+        return None;
+    }
+    let left = elapsed.as_secs_f64() * (total - done) as f64 / done as f64;
+    Some(match left.ceil() {
+        ..120.0 => format!(", {:.0} s left", left.ceil()),
+        _ => format!(", {:.0} min left", left / 60.0),
+    })
 }
 
 /// What the window shows, ready for tracing.
@@ -162,5 +181,16 @@ mod tests {
         assert_eq!(measure(u64::MAX / 2, u64::MAX), (49, "%"));
         assert_eq!(measure(9, 7), (100, "%"));
         assert_eq!(measure(12_999_999, 0), (12, "MB"));
+    }
+
+    #[test]
+    fn time_left_is_that_of_the_rest() {
+        let left = |seconds, done, total| time_left(Duration::from_secs(seconds), done, total);
+        assert_eq!(left(1, 5, 10), None);
+        assert_eq!(left(3, 0, 10), None);
+        assert_eq!(left(3, 5_000_000, 0), None);
+        assert_eq!(left(30, 10, 10), None);
+        assert_eq!(left(30, 3, 4).as_deref(), Some(", 10 s left"));
+        assert_eq!(left(30, 1, 7).as_deref(), Some(", 3 min left"));
     }
 }
