@@ -45,7 +45,7 @@ def render(
         frames the mesh.
     samples
         Samples per pixel: a number; ``"auto"`` or ``"auto:N"``, which take up to 16 or N, fewer in pixels that look like
-        their neighbours; or ``"usual"``, which is 1, or ``"auto"`` for meshes that are not plain.
+        their neighbours; or ``"usual"``, which is 1, or ``"auto"`` for meshes in the studio and clay styles.
     aov
         More arrays, by name: ``"depth"``, ``"normal"``, ``"albedo"``, ``"id"``, each of one ray through the pixel's
         centre.

@@ -27,7 +27,7 @@ pub(super) const PIECE: usize = PACKETS * LANES;
 struct Buffers {
     packets: Vec<RayPacket>,
     origins: Vec<Vec3x8>,
-    /// Where rays begin, up to the last packet with one that does not begin at its origin.
+    /// Where rays begin, by packet, up to the last packet with a ray that does not begin at its origin.
     starts: Vec<[f32; LANES]>,
     lengths: Vec<[f64; LANES]>,
     /// The origin, if `origins` is empty.
@@ -53,7 +53,7 @@ pub struct Worker<'a> {
 impl Drop for Worker<'_> {
     fn drop(&mut self) {
         let buffers = std::mem::take(&mut self.buffers);
-        // A thread that ends has no place for them any more.
+        // Fails on a thread that is ending: the buffers are dropped.
         let _ = BUFFERS.try_with(|kept| kept.set(Some(buffers)));
     }
 }
@@ -67,7 +67,7 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// As [`Geometry::closest_hits`].
+    /// Finds closest hits, as [`Geometry::closest_hits`] does.
     ///
     /// # Panics
     /// If rays and hits differ in number.
@@ -80,7 +80,7 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// As [`Geometry::occluded_each`].
+    /// Tests each ray for a hit, as [`Geometry::occluded_each`] does.
     ///
     /// # Panics
     /// If rays and answers differ in number.
@@ -117,7 +117,7 @@ impl<'a> Worker<'a> {
                     self.buffers.origins.push(unit.origin);
                 }
                 if unit.start != [0.0; LANES] {
-                    // Those before begin at 0.
+                    // The rays of all packets before begin at 0.
                     self.buffers.starts.resize(i / LANES, [0.0; LANES]);
                     self.buffers.starts.push(unit.start);
                 }
@@ -165,7 +165,7 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// A ray that begins behind its origin.
+    /// The ray in a lane of packet `i`, which does not begin at its origin.
     fn ray(&self, i: usize, lane: usize) -> UnitRay {
         let origin = match self.buffers.origins.get(i) {
             Some(origins) => origins.lane(lane),

@@ -1,4 +1,4 @@
-//! Brute force, the test oracle: tests every primitive. Rays pass where surfaces are cut out.
+//! Brute force, the test oracle: tests every primitive. Rays pass through cut-outs.
 
 use super::{Passing, RaySlabs, instances::Met, intersect_shape, planes};
 use crate::{
@@ -7,7 +7,7 @@ use crate::{
     simd::{Level, Simd, at_level},
 };
 
-/// Returns every primitive with an area, of a prototype or outside of all.
+/// Returns every primitive with an area: those of a prototype, or those outside of all prototypes.
 fn targets(scene: &Scene, prototype: Option<PrototypeId>) -> impl Iterator<Item = (PrimitiveId, Shape)> + '_ {
     let ids = scene.ids_of(prototype).into_iter().flatten();
     ids.map(PrimitiveId)

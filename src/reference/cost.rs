@@ -26,14 +26,14 @@ impl Cost {
     }
 }
 
-/// What is yet to visit: entry distances and subtrees.
+/// Subtrees still to visit, each with the distance at which the ray enters it.
 type Todo = Vec<(f32, Child)>;
 
 /// The traversal stacks, reused from ray to ray.
 #[derive(Debug, Default)]
 pub struct Stack {
     own: Todo,
-    /// Within an instance.
+    /// Within a prototype.
     inside: Todo,
 }
 
@@ -58,15 +58,15 @@ pub(super) fn counted<S: Simd>(
 ) -> (SceneHit, Cost) {
     let mut cost = Cost::default();
     let Stack { own, inside } = stack;
-    let mut best = inside_of(simd, scene, bvh, own, ray, &mut cost).into();
+    let mut best = closest_own(simd, scene, bvh, own, ray, &mut cost).into();
     if let Some(instanced) = bvh.instanced() {
         let (ray, slabs) = (&ray.or_nothing(), RaySlabs::new(ray));
-        let of_instance = |leaf: Child, best: &mut SceneHit, cost: &mut Cost| {
+        let visit_instance = |leaf: Child, best: &mut SceneHit, cost: &mut Cost| {
             let (id, i) = (InstanceId(leaf.index() as u32), leaf.index());
             let bounds = scene.instance_bounds(id);
             if let Some(met) = Met::new(&scene.instances()[i], id, bounds, ray, &slabs) {
                 let of = instanced.prototype(met.prototype);
-                let hit = inside_of(simd, scene, of, inside, &met.up_to(best.t), cost);
+                let hit = closest_own(simd, scene, of, inside, &met.up_to(best.t), cost);
                 met.offer(&hit, best);
             }
         };
@@ -77,7 +77,7 @@ pub(super) fn counted<S: Simd>(
             &mut cost,
             &mut best,
             |hit| hit.t,
-            of_instance,
+            visit_instance,
         );
     }
     (planes::closest(simd, scene, ray, best), cost)
@@ -85,7 +85,7 @@ pub(super) fn counted<S: Simd>(
 
 /// The closest hit of a hierarchy's own primitives.
 #[inline(always)]
-fn inside_of<S: Simd>(
+fn closest_own<S: Simd>(
     simd: S,
     scene: &Scene,
     bvh: &Bvh,
@@ -96,7 +96,7 @@ fn inside_of<S: Simd>(
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     let mut best = Hit::miss(ray.t_max);
-    let of_block = |leaf: Child, best: &mut Hit, cost: &mut Cost| {
+    let visit_block = |leaf: Child, best: &mut Hit, cost: &mut Cost| {
         let ids = bvh.leaf_ids(leaf);
         for id in ids[..leaf.count()].iter().map(|&id| PrimitiveId(id)) {
             cost.primitives += 1;
@@ -108,7 +108,7 @@ fn inside_of<S: Simd>(
             }
         }
     };
-    traverse(bvh.nodes(), stack, &slabs, cost, &mut best, |hit| hit.t, of_block);
+    traverse(bvh.nodes(), stack, &slabs, cost, &mut best, |hit| hit.t, visit_block);
     best
 }
 

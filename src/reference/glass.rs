@@ -28,9 +28,9 @@ struct Branch {
     parent: usize,
     /// The camera ray's is 0.
     depth: u32,
-    /// Factor of its colour in that of its parent, by channel.
+    /// The factor of its colour in its parent's, by channel.
     factor: [f32; 3],
-    /// Factor of its colour in the pixel, by channel.
+    /// The factor of its colour in the pixel's, by channel.
     weight: [f32; 3],
     /// The tinted glass that it is in.
     medium: Option<MaterialId>,
@@ -40,13 +40,14 @@ struct Branch {
     layers: u32,
     /// Whether the path is straight from the camera.
     is_straight: bool,
-    /// Factor of its opacity in that of its parent, if the path is straight.
+    /// The factor of its opacity in its parent's, if the path is straight.
     share: f32,
     color: [f32; 3],
     alpha: f32,
 }
 
-/// Returns the colour and the opacity of a camera ray in a scene with glass or blending. Branches are shaded by depth, then added up from the last.
+/// Returns the colour and the opacity of a camera ray in a scene with glass or blending. Branches are shaded by depth,
+/// then added up from the last.
 #[inline(always)]
 pub(super) fn radiance<S: Simd>(
     simd: S,
@@ -170,7 +171,7 @@ fn shade<S: Simd>(
     }
 }
 
-/// What light that passes a half-transparent surface straight is multiplied by. `width` is that of the ray's cone there.
+/// The factor of light that passes straight through a half-transparent surface. `width` is that of the ray's cone there.
 #[inline(always)]
 fn filter_color<S: Simd>(simd: S, scene: &Scene, (ray, hit, width): (&Ray, &SceneHit, f32)) -> [f32; 3] {
     let opacity = scene
@@ -242,16 +243,16 @@ fn split<S: Simd>(
     let inside = (glass.transmittance(1.0) != [1.0; 3]).then_some(id);
     let mut passed = [1.0; 3];
     if parent.depth == 0 && s.from_behind {
-        let way = s.point - parent.ray.origin;
-        passed = glass.transmittance(simd.dot(way, way).sqrt());
+        let path = s.point - parent.ray.origin;
+        passed = glass.transmittance(simd.dot(path, path).sqrt());
     }
     let (reflected, refracted, share) = directions(simd, index, s);
     let offset = s.magnitude * SURFACE_OFFSET;
-    let ways = [
+    let both = [
         (reflected, share, offset, false),
         (refracted, 1.0 - share, -offset, true),
     ];
-    for (direction, share, offset, crosses) in ways {
+    for (direction, share, offset, crosses) in both {
         let factor = passed.map(|passed| share * passed);
         let weight = std::array::from_fn(|c| factor[c] * parent.weight[c]);
         if max(max(weight[0], weight[1]), weight[2]) < MIN_WEIGHT {

@@ -95,7 +95,7 @@ pub struct MeshArgs {
     #[arg(long, value_name = "DIAMETER", value_parser = values::diameter, allow_negative_numbers = true)]
     pub point_size: Option<f32>,
 
-    /// Direction of a viewer for whom the mesh is lit [default: that of the eye]
+    /// Light the mesh as if it were seen from this direction [default: the direction of the eye]
     #[arg(long, value_name = "x,y,z", value_parser = values::vector, allow_hyphen_values = true)]
     pub lit_from: Option<DVec3>,
 }

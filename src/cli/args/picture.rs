@@ -37,11 +37,11 @@ pub struct PictureArgs {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Picture")]
 pub struct TransferArgs {
-    /// Encode bytes with the sRGB curve, as screens expect (the default for meshes that are not plain)
+    /// Encode bytes with the sRGB curve, as screens expect (the default for meshes, unless --style plain)
     #[arg(long, conflicts_with = "linear")]
     pub srgb: bool,
 
-    /// Write linear values, without gamma (the default for scenes and plain meshes)
+    /// Write linear values, without gamma (the default for scenes, and for meshes with --style plain)
     #[arg(long)]
     pub linear: bool,
 }
@@ -76,7 +76,7 @@ pub enum Samples {
 #[command(next_help_heading = "Samples")]
 pub struct SampleArgs {
     /// Samples per pixel; auto takes up to 16 and auto:N up to N, fewer in pixels that look like their neighbours
-    /// [default: 1; auto for meshes that are not plain]
+    /// [default: 1; auto for meshes, unless --style plain]
     #[arg(long, value_name = "N", value_parser = Samples::parse)]
     pub samples: Option<Samples>,
 
@@ -85,7 +85,8 @@ pub struct SampleArgs {
     #[arg(long, value_enum)]
     pub pattern: Option<Pattern>,
 
-    /// How samples are weighted by their distance from the pixel's centre [default: box; tent for meshes that are not plain]
+    /// How samples are weighted by their distance from the pixel's centre [default: box; tent for meshes,
+    /// unless --style plain]
     #[arg(long, value_enum)]
     pub filter: Option<Filter>,
 }

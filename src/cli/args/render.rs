@@ -120,7 +120,7 @@ impl RenderArgs {
         })
     }
 
-    /// Where the cameras of all pictures go.
+    /// Where the cameras of all pictures go. Refuses the files of the jobs' pictures.
     fn save_poses(&self, jobs: &[Job]) -> Result<Option<PathBuf>, CliError> {
         let Some(path) = &self.series.save_poses else {
             return Ok(None);
@@ -146,7 +146,7 @@ impl RenderArgs {
         Err(CliError::Usage(why))
     }
 
-    /// Refuses a # that no frame's number would replace.
+    /// Refuses a # in the name of the output if there are no frames.
     fn check_numbers(&self, has_frames: bool) -> Result<(), CliError> {
         let is_typed = !self.is_default("output") && self.series.sheet.is_none();
         match self.output.as_deref().filter(|output| has_number(output)) {
@@ -223,7 +223,7 @@ impl RenderArgs {
         })
     }
 
-    /// Where the JSON goes, which is no picture of the `jobs`.
+    /// Where the JSON goes. Refuses the files of the jobs' pictures.
     fn json_target(&self, jobs: &[Job]) -> Result<Option<JsonTarget>, CliError> {
         let Some(json) = self.json.as_deref().map(JsonTarget::new).transpose()? else {
             return Ok(None);

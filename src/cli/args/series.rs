@@ -33,7 +33,7 @@ pub struct SeriesArgs {
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FRAMES }>)]
     pub turntable: Option<u32>,
 
-    /// As --turntable, with N cameras all around, spread evenly over a sphere
+    /// Like --turntable, with N cameras spread evenly over a sphere around the target
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FRAMES }>, conflicts_with = "turntable")]
     pub sphere: Option<u32>,
 
@@ -117,7 +117,7 @@ pub struct CompareArgs {
     #[arg(long, value_name = "SHARE", value_parser = values::share, default_value = "0", requires = "compare")]
     pub allow_pixels: f64,
 
-    /// Where to show the difference, brightened, if there is one [default: the picture's name with -difference.png]
+    /// Where to write the difference, brightened, if there is one [default: the picture's name with -difference.png]
     #[arg(long, value_name = "FILE", requires = "compare")]
     pub difference: Option<PathBuf>,
 }

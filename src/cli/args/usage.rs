@@ -139,7 +139,7 @@ fn explain_file(error: &mut clap::Error, arguments: &[OsString]) {
     }
 }
 
-/// A scene, or --all.
+/// Calls of `bench` without a scene, or with one beside --quick.
 fn explain_bench(error: &mut clap::Error) {
     match error.kind() {
         ErrorKind::MissingRequiredArgument => {

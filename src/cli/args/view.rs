@@ -20,7 +20,7 @@ use std::{path::PathBuf, time::Duration};
 const SAMPLES_AT_REST: u32 = 64;
 /// Help of `--samples` here.
 const SAMPLES_HELP: &str = "Samples per pixel of the last picture at rest; auto takes up to 16 and auto:N up to N, fewer in \
-                            pixels that look like their neighbours [default: 64; auto:64 for meshes that are not plain]";
+                            pixels that look like their neighbours [default: 64; auto:64 for meshes, unless --style plain]";
 
 /// Arguments of `octray view`.
 #[derive(Args, Debug)]

@@ -74,7 +74,7 @@ pub fn run(plan: &BenchPlan) -> Result<(), CliError> {
     }
 }
 
-/// What is done with each scene.
+/// Benches the scenes one after the other.
 struct Bench<'a> {
     plan: &'a BenchPlan,
     quiet: bool,
@@ -85,7 +85,7 @@ impl Bench<'_> {
         self.print(&format!("\n{}\n", clip(name)))?;
         if !scene.planes().is_empty() && !self.quiet {
             report::warnings([format!(
-                "{}: infinite planes are not part of the bench of rays",
+                "{}: the rays of the bench ignore infinite planes",
                 clip(name)
             )]);
         }

@@ -35,8 +35,8 @@ impl<'scope, 'env> Ahead<'scope, 'env> {
         }
     }
 
-    /// The scene that was loaded ahead. `None` if none was, or if it failed or is incomplete: it is loaded again, with all
-    /// memory, and reports its errors and warnings in order.
+    /// The scene that was loaded ahead. `None` if none was, or if it failed or is incomplete: it is then loaded again, within
+    /// the whole limit, and reports its errors and warnings in order.
     pub fn take(&mut self) -> Option<Ready> {
         // The thread has reported its panic.
         self.loading.take()?.join().ok()?
