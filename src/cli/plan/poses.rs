@@ -130,12 +130,19 @@ impl Poses {
         } else {
             let text = read(path).map_err(|error| whole(io_reason(&error)))?;
             if text.trim_ascii().is_empty() {
-                return Err(whole("the file is empty, expected a file of poses".to_owned()));
+                return Err(whole(
+                    "the file is empty, expected a NeRF transforms.json".to_owned(),
+                ));
             }
             serde_json::from_slice(&text).map_err(|error| {
                 let place = [error.line(), error.column()];
                 let message = error.to_string();
-                CliError::Load(LoadError::in_json(path, place, "not a file of poses", &message))
+                let what = if text.trim_ascii_start().starts_with(b"{") {
+                    "not a NeRF transforms.json"
+                } else {
+                    "neither a NeRF transforms.json nor COLMAP's images.txt or images.bin"
+                };
+                CliError::Load(LoadError::in_json(path, place, what, &message))
             })?
         };
         if frames.is_empty() || frames.len() > MAX_POSES {
@@ -150,7 +157,8 @@ impl Poses {
             curved |= frame.lens.is_curved();
             shifted |= frame.lens.is_shifted();
             let camera = frame.lens.or(common).fov(aspect).ok_or(
-                "no field of view: neither `fl_y` and `h` nor a `camera_angle_x` from 0 to pi".to_owned(),
+                "no field of view: expected `fl_y` and `h`, or `camera_angle_x` in radians, from 0 to pi"
+                    .to_owned(),
             );
             let camera = camera.and_then(|fov| frame.camera(fov));
             let camera = camera.map_err(|why| whole(format!("frames[{i}]: {why}")))?;
@@ -370,11 +378,14 @@ mod tests {
         for (text, expected) in [
             (
                 String::new(),
-                "t.json: the file is empty, expected a file of poses",
+                "t.json: the file is empty, expected a NeRF transforms.json",
             ),
-            ("{".to_owned(), "1:1: not a file of poses: the file is cut short"),
+            (
+                "{".to_owned(),
+                "1:1: not a NeRF transforms.json: the file is cut short",
+            ),
             (r#"{"frames":[]}"#.to_owned(), "0 frames"),
-            (frame("[[1,0,0]]"), "not a file of poses"),
+            (frame("[[1,0,0]]"), "not a NeRF transforms.json"),
             (frame("[[1,0,0,0]]"), "frames[0]: transform_matrix has 1 rows"),
             (
                 frame("[[0,0,0,0],[0,0,0,0],[0,0,0,0]]"),
@@ -382,7 +393,7 @@ mod tests {
             ),
             (
                 frame("[[1,0,0,1e999],[0,1,0,0],[0,0,1,0]]"),
-                "not a file of poses",
+                "not a NeRF transforms.json",
             ),
             (
                 frame("[[1,0,0,0],[0,1,0,0],[0,0,1,0]]").replace("\"camera_angle_x\":1,", ""),

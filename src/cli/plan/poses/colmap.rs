@@ -229,7 +229,10 @@ mod text {
             let Some(known) = known else {
                 return Err(lines.fault(
                     model.0,
-                    format!("found `{}`, expected a model of cameras", model.1),
+                    format!(
+                        "unknown camera model `{}`, expected one of COLMAP's, such as PINHOLE",
+                        model.1
+                    ),
                 ));
             };
             let numbers = lines.numbers(size)?;
