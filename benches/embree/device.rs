@@ -273,7 +273,7 @@ unsafe fn share<T>(api: &Api, geometry: Handle, buffer: u32, format: u32, items:
     }
 }
 
-/// Checks the layouts against the library, with rays of which each lane has a different, known hit: down onto a row of
+/// Checks the layouts against the library, with rays whose lanes each have a different, known hit: down onto a row of
 /// triangles (even lanes; lane 4 misses) and spheres (odd lanes).
 ///
 /// # Errors

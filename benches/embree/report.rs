@@ -140,7 +140,7 @@ struct Json {
     avx2: bool,
     /// Camera rays across and down.
     size: u32,
-    /// Rounds, of which each speed is the median.
+    /// Rounds; each speed is their median.
     repeat: usize,
     results: Vec<JsonRow>,
     builds: Vec<JsonBuilds>,

@@ -58,7 +58,7 @@ pub fn part<'a>(points: Points<'a>, range: &std::ops::Range<usize>) -> Points<'a
     }
 }
 
-/// A range of directions or points, of which there is one per answer.
+/// A range of directions or points, one for each answer.
 pub fn part_of_all<'a>(points: Points<'a>, range: &std::ops::Range<usize>) -> Points<'a> {
     match points {
         Points::F32(points) => Points::F32(&points[range.clone()]),

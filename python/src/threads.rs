@@ -24,7 +24,7 @@ const TURN: Duration = Duration::from_millis(1);
 
 /// Rays per task, the number that the library traces at a time. Cancellation is noticed between tasks.
 pub const PART: usize = 1 << 14;
-/// The same for points, and for rays of which all hits are found: some take a thousand times as long.
+/// The same for points, and for all hits of rays: some take a thousand times as long.
 pub const SMALL_PART: usize = 1 << 8;
 
 /// The process and the threads of all meshes without a number of threads. A forked process has none of its parent's threads,

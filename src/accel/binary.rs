@@ -119,7 +119,7 @@ impl BinaryInstances {
     }
 }
 
-/// The nodes over boxes, of which a leaf has at most `leaf_size`, and the ids in the order of the leaves.
+/// The nodes over boxes, at most `leaf_size` in a leaf, and the ids in the order of the leaves.
 fn nodes_over(boxes: &[Box8], leaf_size: u32) -> (Vec<BinaryNode>, Vec<PrimitiveId>) {
     let tree = ploc::build(boxes);
     let (mut nodes, mut ids) = (Vec::new(), Vec::new());

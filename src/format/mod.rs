@@ -143,7 +143,7 @@ pub fn load_from_bytes(text: &[u8], name: &Path, open: OpenMesh<'_>) -> Result<S
     load_from_bytes_within(text, name, open, u64::MAX)
 }
 
-/// As [`load_from_bytes`], within `memory` bytes: for untrusted files, of which a few bytes may be an image of a gigabyte.
+/// As [`load_from_bytes`], within `memory` bytes: a few bytes of an untrusted file may be an image of a gigabyte.
 ///
 /// # Errors
 /// [`LoadError`], as for [`load`]; also if the scene or one of its files would take more memory.

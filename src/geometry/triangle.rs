@@ -36,7 +36,7 @@ pub(crate) const CANDIDATE_SLACK: f32 = 20.0 / (1 << 24) as f32;
 const MAY_HIT: f32 = 40.0 / (1 << 24) as f32;
 
 /// Where kernels leave the side on which a ray starts to [`meets`], as a fraction of [`Edges::permanent`] times the first
-/// corner: the 9 half-ulps up to which that decides it anew, as much again for the rounding here, and two.
+/// corner: the 9 half-ulps within which that decides it again, the same for the rounding here, and two.
 // Tuned: see docs/lab-notes.md#side-of-the-plane
 const PLANE_SLACK: f32 = 20.0 / (1 << 24) as f32;
 

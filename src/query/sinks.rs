@@ -218,7 +218,7 @@ pub(super) struct Crossings<'a> {
     ray: UnitRay,
     repeats: &'a [[PrimitiveId; 2]],
     hits: Vec<Hit>,
-    /// Triangles of which an edge is within rounding error.
+    /// Triangles with an edge within rounding error.
     unsure: Vec<(Hit, Crossing)>,
 }
 

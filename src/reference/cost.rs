@@ -108,7 +108,15 @@ fn closest_own<S: Simd>(
             }
         }
     };
-    traverse(bvh.nodes(), stack, &slabs, cost, &mut best, |hit| hit.t, visit_block);
+    traverse(
+        bvh.nodes(),
+        stack,
+        &slabs,
+        cost,
+        &mut best,
+        |hit| hit.t,
+        visit_block,
+    );
     best
 }
 

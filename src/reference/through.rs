@@ -24,7 +24,7 @@ pub(super) fn light_through<S: Simd>(
     follow(simd, scene, intersect, ray)
 }
 
-// Not inlined, for it is long and called twice, so it enters the level by itself.
+// Long and called twice, so not inlined. It therefore enters the level itself.
 #[inline(never)]
 fn follow<S: Simd>(simd: S, scene: &Scene, intersect: &mut dyn Intersect, ray: Ray) -> Option<[f32; 3]> {
     simd.call(

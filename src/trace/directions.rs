@@ -34,7 +34,7 @@ impl<V: Lanes<Memory = Column>> Directions<V> {
 }
 
 impl<V: Lanes> Directions<V> {
-    /// The triangles of which no edge has all directions on its outer side.
+    /// The triangles without an edge that has all directions on its outer side.
     #[inline(always)]
     pub fn triangles(&self, edges: &EdgeFunctions<V>) -> u32 {
         let [u, v, w] = edges.functions;

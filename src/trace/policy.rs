@@ -12,7 +12,7 @@ pub enum Method {
     /// Bundles, packets or single rays, whichever suits the rays.
     #[default]
     Adaptive,
-    /// Each packet by itself, never bundles or single rays.
+    /// One packet at a time, never bundles or single rays.
     Packet,
     /// One ray against eight boxes, eight primitives at a time.
     Single,

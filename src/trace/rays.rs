@@ -180,7 +180,7 @@ impl<M: Memory> Packet<M> {
         }
     }
 
-    /// Occlusion: blocks the lanes of `hit`, none of which is done. Returns whether all lanes are done.
+    /// Occlusion: blocks the lanes of `hit`; none of them may be done. Returns whether all lanes are done.
     #[inline(always)]
     pub fn block<V: Lanes<Memory = M>>(&mut self, simd: V::Simd, hit: V::Mask) -> bool {
         debug_assert_eq!(hit.bits() & !self.live_bits::<V>(simd), 0, "none is done");

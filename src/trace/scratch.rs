@@ -87,7 +87,7 @@ impl Scratch {
     }
 }
 
-/// A packet's memory of which [`Scratch`] has a width.
+/// The memory of a packet of a width that [`Scratch`] has.
 pub(super) trait ScratchMemory: Memory {
     fn of(scratch: &Scratch) -> &BundleScratch<Self>;
     fn of_mut(scratch: &mut Scratch) -> &mut BundleScratch<Self>;

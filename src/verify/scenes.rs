@@ -255,7 +255,7 @@ fn transform(random: &mut Random, before: Transform, around: &Placement) -> Tran
         .then_translate(around.apply(point(random)).as_dvec3())
 }
 
-/// Makes a scene of `count` primitives, of which up to two prototypes have half each, and their instances.
+/// Makes a scene of one or two prototypes with half of `count` primitives each, and of their instances.
 fn instanced(random: &mut Random, placement: &Placement, count: usize) -> Result<Scene, SceneError> {
     let mut builder = SceneBuilder::new();
     let mut prototypes = Vec::new();

@@ -62,7 +62,7 @@ fn frames_are_the_same_in_any_call() {
         .run(&["m.scn", SMALL, "--frames=2-3", "--mode=scalar", "-o", "s#.png"])
         .succeeded();
     assert!(read(&folder, "s3.png") == all[2] && !folder.path("s4.png").exists());
-    // The work of a job in two parts, one of which is done again.
+    // The work of a job in two parts; one is done again.
     folder
         .run_line(&format!(
             "job m.scn {SMALL} -o j#.png --chunk 3 --for slurm --into farm"

@@ -76,7 +76,7 @@ impl Looks {
 pub struct Job {
     pub input: InputPlan,
     pub frames: Vec<Frame>,
-    /// Frames of the whole series, of which `frames` may be a part; 1 of a single picture.
+    /// Number of frames of the whole series; `frames` may be a part of it. 1 for a single picture.
     pub whole: u32,
     /// Memory that the scene may take beside a picture, bytes.
     pub scene_memory: u64,
@@ -111,7 +111,7 @@ pub fn objection(jobs: &[Job], inputs: &Inputs) -> Option<String> {
         .find_map(|output| inputs.objection(output.name(), output.replaced()?))
 }
 
-/// The files that the command line names, none of which may be replaced.
+/// The files that the command line names. No picture may replace them.
 ///
 /// # Errors
 /// [`CliError::Usage`] if a picture would replace one, [`CliError::Failed`] if it would replace a file that octray

@@ -59,7 +59,7 @@ impl SlotNames {
     }
 }
 
-/// The first set of names of which each is one number of every record.
+/// The first set of names that each name one number of every record.
 fn complete<const N: usize>(
     definition: &serde_ply::ElementDef,
     sets: &'static [[&'static str; N]],

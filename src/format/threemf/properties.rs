@@ -260,7 +260,7 @@ impl Groups {
         Ok(Group::Materials(start..palette.materials.len()))
     }
 
-    /// Properties in layers, of which the top one is shown.
+    /// Properties in layers; the top one is shown.
     fn layers(
         &self,
         tag: &Tag<'_>,

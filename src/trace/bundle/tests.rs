@@ -27,7 +27,7 @@ fn bundles_are_blocked_where_single_rays_are() {
     let scene = builder.finish();
     let bvh = Bvh::build(&scene);
     let lights = [Vec3::new(0.3, 0.2, 5.0), Vec3::new(-3.0, 1.0, 4.0)];
-    // In rows of which the last ones are behind the large triangle.
+    // In rows; the last ones are behind the large triangle.
     let to_points = |light: Vec3| -> Vec<RayPacket> {
         (0..512_usize)
             .map(|i| {
