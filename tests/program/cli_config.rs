@@ -73,6 +73,10 @@ fn errors_name_the_place() {
             "\n  nothing-alike = 1\n",
             "c.toml:2:3: `octray render` has no option `nothing-alike`; ",
         ),
+        (
+            "[render]\nsize = '8x6'\n",
+            "c.toml:1:2: `render`: the options are not in sections",
+        ),
         ("config = 'c.toml'\n", "c.toml:1:1"),
         ("view = 2\nsize = '8x'\n", "c.toml:2:8: invalid value '8x'"),
         ("view = 7\n", "c.toml:1:8: invalid value '7'"),

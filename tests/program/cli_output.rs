@@ -136,6 +136,7 @@ fn unwritable_outputs_are_refused_before_rendering() {
     symlink("loop.png", folder.path("loop.png")).unwrap();
     folder.fails(&["a.scn", "-o", "folder.png"], 1, "it is a directory");
     folder.fails(&["a.scn", "-o", "."], 1, "it is a directory");
+    folder.fails(&["a.scn", "-o", "new/"], 1, "such as new/{stem}.png");
     folder.fails(
         &["a.scn", "-o", "no/such/a.png"],
         1,

@@ -221,11 +221,11 @@ fn tiles_that_do_not_fit_are_refused() {
         ),
         (
             "a.png soft.png",
-            "soft.png has 4 samples a pixel, but a.png has 1 samples a pixel",
+            "soft.png was rendered with --samples 4, but a.png was rendered with --samples 1",
         ),
         (
             "soft.png auto.png",
-            "auto.png has auto:4 samples a pixel, but soft.png has 4 samples a pixel",
+            "auto.png was rendered with --samples auto:4, but soft.png was rendered with --samples 4",
         ),
         ("a.png b.exr", "b.exr is EXR, but a.png is PNG"),
         (

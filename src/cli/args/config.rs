@@ -161,7 +161,13 @@ impl File<'_> {
         value: &Spanned<DeValue<'_>>,
     ) -> Result<Setting, LoadError> {
         let option = options(render).find(|option| option.get_long() == Some(key));
-        let option = option.ok_or_else(|| self.fault(span.clone(), &no_option(render, key)))?;
+        let option = option.ok_or_else(|| {
+            let message = match value.get_ref() {
+                DeValue::Table(_) => format!("`{}`: the options are not in sections", clip(key)),
+                _ => no_option(render, key),
+            };
+            self.fault(span.clone(), &message)
+        })?;
         let fault = |message: &str| self.fault(value.span(), message);
         let argument = match (option.get_action(), value.get_ref()) {
             (ArgAction::SetTrue, DeValue::Boolean(on)) => on.then(|| format!("--{key}")),

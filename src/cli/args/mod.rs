@@ -118,7 +118,7 @@ pub fn plan(arguments: Vec<OsString>) -> Result<Option<Plan>, CliError> {
     }
     let plan = cli.command.plan(&matches).map(Some);
     // Of `-s 800 600` one number is a size and the other one a file.
-    plan.map_err(|error| usage::numbers_apart(&arguments).map_or(error, CliError::Usage))
+    plan.map_err(|error| usage::misread(&arguments).map_or(error, CliError::Usage))
 }
 
 impl Command {
@@ -166,7 +166,7 @@ fn parse(arguments: &[OsString]) -> Result<(Cli, ArgMatches), clap::Error> {
 /// Shows help, the version or a usage error.
 fn show(mut answer: clap::Error, arguments: &[OsString]) -> Result<Option<Plan>, CliError> {
     if answer.use_stderr()
-        && let Some(why) = usage::numbers_apart(arguments)
+        && let Some(why) = usage::misread(arguments)
     {
         return Err(CliError::Usage(why));
     }

@@ -1,7 +1,11 @@
 //! Hints added to clap's usage errors.
 
-use crate::error::clip_path;
-use clap::error::{ContextKind, ContextValue, ErrorKind};
+use super::definition;
+use crate::{cli::write::AovKind, error::clip_path};
+use clap::{
+    ValueEnum,
+    error::{ContextKind, ContextValue, ErrorKind},
+};
 use std::{ffi::OsString, path::Path};
 
 /// Options of other renderers, and what octray has instead.
@@ -65,12 +69,44 @@ const LISTS: [(&[&str], usize, &str); 3] = [
     (&["-s", "--size"], 2, "800x600"),
 ];
 
-/// The message for numbers of one option with spaces between them, as in `--eye 3 -4 2`.
-pub fn numbers_apart(arguments: &[OsString]) -> Option<String> {
+/// The message for arguments that clap takes for others.
+pub fn misread(arguments: &[OsString]) -> Option<String> {
     let words: Vec<&str> = arguments
         .iter()
         .map(|word| word.to_str().unwrap_or_default())
         .collect();
+    one_dash(&words)
+        .or_else(|| numbers_apart(&words))
+        .or_else(|| aovs_apart(&words))
+}
+
+/// Long options with one dash, as in `-size 8x8`, which clap reads as `-s ize`.
+fn one_dash(words: &[&str]) -> Option<String> {
+    let all = definition();
+    let options = || all.get_subcommands().flat_map(clap::Command::get_arguments);
+    let is_long = |name: &&str| name.len() > 1 && options().any(|option| option.get_long() == Some(*name));
+    let mut names = words
+        .iter()
+        .filter_map(|word| word.strip_prefix('-')?.split('=').next());
+    let name = names.find(is_long)?;
+    Some(format!("-{name} needs a second dash: write --{name}"))
+}
+
+/// AOVs with spaces between them, as in `--aov depth normal`.
+fn aovs_apart(words: &[&str]) -> Option<String> {
+    let first = words.iter().position(|&word| word == "--aov")? + 1;
+    let names = words.get(first..)?.iter().map(|word| word.trim_matches(','));
+    let names: Vec<&str> = names
+        .take_while(|name| AovKind::from_str(name, false).is_ok())
+        .collect();
+    let names = (names.len() > 1).then(|| names.join(","))?;
+    Some(format!(
+        "--aov takes its names as one argument: write --aov {names} (no spaces)"
+    ))
+}
+
+/// Numbers of one option with spaces between them, as in `--eye 3 -4 2`.
+fn numbers_apart(words: &[&str]) -> Option<String> {
     words.iter().enumerate().find_map(|(i, word)| {
         let (option, first) = match word.split_once('=') {
             Some((option, first)) => (option, Some(first)),

@@ -132,8 +132,7 @@ impl Call<'_> {
             return Ok(());
         }
         if jobs.iter().any(|job| is_standard_input(&job.input.path)) {
-            let why = "a call that replaces files cannot also read one of several scenes from standard input: render it in a \
-                       call of its own";
+            let why = "standard input cannot be one of several scenes if files are replaced: render it in a call of its own";
             return Err(CliError::Usage(why.into()));
         }
         let mut loaded = Ok(());

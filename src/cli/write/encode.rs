@@ -5,8 +5,7 @@ use super::{
     picture::{Picture, Pixels},
     place::{PNG_KEYWORD, Place},
 };
-use crate::cli::CliError;
-use crate::render::write_png;
+use crate::{cli::CliError, error::clip_path, render::write_png};
 use image::{
     ExtendedColorType, ImageEncoder, ImageError, ImageFormat, ImageResult,
     codecs::{
@@ -52,6 +51,21 @@ pub fn is_animation(path: &Path) -> bool {
 impl Format {
     /// All extensions, for messages.
     pub const EXTENSIONS: &'static str = ".png, .ppm, .qoi, .jpg, .jpeg, .bmp, .tiff, .tif or .exr";
+
+    /// The error about a file name whose extension is none of them.
+    pub fn unknown(path: &Path) -> CliError {
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        let name = clip_path(path);
+        CliError::Usage(match extension.to_str() {
+            Some("mp4" | "m4v" | "mov" | "webm" | "mkv" | "avi") => format!(
+                "{name}: octray does not encode video; use -o - | ffmpeg -i - {name}, or name a .gif, .apng or .y4m"
+            ),
+            _ => format!(
+                "cannot tell the format of {name} from its extension: expected {}",
+                Self::EXTENSIONS
+            ),
+        })
+    }
 
     /// The format of a file name's extension, in upper or lower case.
     pub fn from_extension(extension: &OsStr) -> Option<Self> {

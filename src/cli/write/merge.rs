@@ -95,7 +95,7 @@ impl Tile {
             [
                 format!("is {}", format.name()),
                 format!("is of a picture of {width}x{height}"),
-                format!("has {} samples a pixel", place.samples()),
+                format!("was rendered with --samples {}", place.samples()),
             ]
         });
         match kinds[0]

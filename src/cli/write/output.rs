@@ -18,7 +18,7 @@ use crate::{
 use std::{
     fs::{self, File, OpenOptions, Permissions},
     io::{self, Write},
-    path::{Path, PathBuf},
+    path::{Path, PathBuf, is_separator},
 };
 
 /// Where to write, and how.
@@ -209,7 +209,9 @@ impl Output {
             }
             found => found.ok(),
         };
-        if found.as_ref().is_some_and(fs::Metadata::is_dir) {
+        let last = path.as_os_str().as_encoded_bytes().last();
+        let ends_as_directory = last.is_some_and(|&byte| is_separator(char::from(byte)));
+        if ends_as_directory || found.as_ref().is_some_and(fs::Metadata::is_dir) {
             return Err(CliError::Failed(format!(
                 "cannot write {name}: it is a directory; name a file in it, such as {}",
                 clip_path(&path.join("{stem}.png"))
@@ -221,12 +223,7 @@ impl Output {
             None if special => Some(Format::Png),
             None => None,
         };
-        let format = format.ok_or_else(|| {
-            CliError::Usage(format!(
-                "cannot tell the format of {name} from its extension: expected {}",
-                Format::EXTENSIONS
-            ))
-        })?;
+        let format = format.ok_or_else(|| Format::unknown(path))?;
         if special {
             return Ok((name, Place::Special(path.to_owned()), format));
         }
