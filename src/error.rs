@@ -284,6 +284,18 @@ pub struct LoadError {
     pub cause: Option<Box<LoadError>>,
 }
 
+/// Words of serde_json, and those of JSON.
+#[cfg(feature = "gltf")]
+const JSON_WORDS: [(&str, &str); 7] = [
+    ("type: map", "type: object"),
+    ("type: sequence", "type: array"),
+    ("expected a sequence", "expected an array"),
+    ("expected a map", "expected an object"),
+    ("expected f64", "expected a number"),
+    ("expected f32", "expected a number"),
+    ("expected u32", "expected a whole number"),
+];
+
 impl LoadError {
     /// A fault at a place, without a line to show. `message` is escaped for terminals, and cut if it is long.
     #[must_use]
@@ -329,7 +341,10 @@ impl LoadError {
                 found.chars().take(120).collect::<String>()
             )
         } else {
-            message.chars().take(120).collect()
+            let message: String = message.chars().take(120).collect();
+            JSON_WORDS
+                .iter()
+                .fold(message, |message, (theirs, ours)| message.replace(theirs, ours))
         };
         Self::new(at, format!("{what}: {message}"))
     }

@@ -1,4 +1,4 @@
-//! Suggestions for a missing file: files in its folder with similar names.
+//! Suggestions for a missing file: files in its folder with similar names, and `/` for `\`.
 
 use std::{fs, path::Path};
 
@@ -13,6 +13,10 @@ const MOST_NAMES: usize = 3;
 
 /// The end of the error about a missing file at `path`; `None` if there is nothing to add.
 pub(super) fn instead_of(path: &Path) -> Option<String> {
+    let typed = path.to_string_lossy();
+    if !cfg!(windows) && typed.contains('\\') && Path::new(&typed.replace('\\', "/")).exists() {
+        return Some("write `/` instead of `\\`".to_owned());
+    }
     let folder = match path.parent() {
         Some(parent) if parent != Path::new("") => parent,
         _ => Path::new("."),
@@ -53,7 +57,8 @@ fn most_alike(wanted: &str, names: impl Iterator<Item = String>) -> Vec<String> 
         .filter_map(|name| {
             let lower = name.to_lowercase();
             let distance = strsim::damerau_levenshtein(&wanted, &lower);
-            let close = distance <= (wanted.chars().count() / 4).max(1);
+            let length = wanted.chars().count();
+            let close = distance < length && distance <= (length / 4).max(1);
             let namesake = stem(&lower).is_some_and(|stem| stem == wanted_stem);
             (close || namesake).then_some((distance, name))
         })
@@ -80,6 +85,7 @@ mod tests {
         assert_eq!(alike("BUNNY.STL"), ["Bunny.obj", "bunny.ply"]);
         assert_eq!(alike("cwo.ply"), ["cow.ply"]);
         assert_eq!(alike("bunny"), ["Bunny.obj", "bunny.ply"]);
+        assert!(alike("x").is_empty());
         assert!(alike("dragon.glb").is_empty());
         assert!(alike(&"x".repeat(300)).is_empty());
     }

@@ -52,7 +52,7 @@ pub enum Loaded {
 #[must_use]
 pub fn detect(bytes: &[u8]) -> Detected {
     let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
-    if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
+    if text.starts_with(b"ply\n") || text.starts_with(b"ply\r") {
         Detected::Mesh(MeshFormat::Ply)
     } else if bytes.starts_with(b"glTF") || text.trim_ascii_start().starts_with(b"{") {
         Detected::Mesh(MeshFormat::Gltf)
@@ -157,6 +157,7 @@ mod tests {
         );
         is(b"ply\nformat ascii 1.0\n", ply);
         is(b"ply\r\nformat ascii 1.0\r\n", ply);
+        is(b"\xef\xbb\xbfply\r\n", ply);
         is(b"glTF\x02\0\0\0", gltf);
         is(b" \n{\"asset\": {}}", gltf);
         is(b"\xef\xbb\xbf{}", gltf);

@@ -11,6 +11,19 @@ pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 pub(super) const LONE_RETURNS: &str =
     "its lines end in CR only, as on Macs before 2001, expected LF or CR LF";
 
+/// Whether a text is UTF-16, which some editors call "Unicode".
+pub(super) fn is_utf16(text: &[u8]) -> bool {
+    text.starts_with(b"\xff\xfe") || text.starts_with(b"\xfe\xff")
+}
+
+/// Whether a file is the text that Git has instead of a large file until Git LFS fetches it.
+pub(super) fn is_lfs_pointer(text: &[u8]) -> bool {
+    text.starts_with(b"version https://git-lfs.github.com/spec/")
+}
+
+/// The error about [`is_lfs_pointer`].
+pub(super) const LFS_POINTER: &str = "a Git LFS pointer instead of the file: `git lfs pull` fetches the file";
+
 /// Whether lines end with carriage returns without newlines.
 pub(super) fn has_lone_returns(text: &[u8]) -> bool {
     let text = text.trim_ascii_end();
@@ -61,8 +74,7 @@ impl From<BudgetError> for TextFault {
 
 /// Refuses binary data; `expected` says what the file should be.
 pub(super) fn refuse_binary(bytes: &[u8], expected: &str) -> Result<(), TextFault> {
-    // Some editors write UTF-16 under the name "Unicode".
-    if let [0xff, 0xfe, ..] | [0xfe, 0xff, ..] = bytes {
+    if is_utf16(bytes) {
         let message = format!("this is UTF-16, expected {expected} in UTF-8 or ASCII");
         return Err(TextFault::new(0..2, message));
     }

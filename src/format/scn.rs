@@ -20,7 +20,8 @@ mod words;
 use super::{
     budget::Budget,
     files::Files,
-    place::{BYTE_ORDER_MARK, LONE_RETURNS, has_lone_returns},
+    mesh::MeshFormat,
+    place::{BYTE_ORDER_MARK, LONE_RETURNS, has_lone_returns, refuse_binary},
 };
 use crate::{
     error::{LoadError, SourcePos, quote},
@@ -127,17 +128,6 @@ pub(super) fn is_scene(text: &[u8]) -> bool {
     only_comments
 }
 
-/// Rejects an image or a binary mesh as a whole, instead of by its first unknown word.
-fn refuse_binary(text: &[u8], file: &Path) -> Result<(), LoadError> {
-    match text.iter().position(|&byte| byte == 0) {
-        Some(nul) => Err(LoadError::new(
-            SourcePos::in_text(file, text, nul),
-            "found a NUL byte: this is binary data, expected the text of a scene",
-        )),
-        None => Ok(()),
-    }
-}
-
 /// The scene so far.
 struct Reader<'a> {
     files: &'a mut dyn Files,
@@ -203,7 +193,8 @@ impl Reader<'_> {
     fn file(&mut self, text: &[u8], name: &Path, identity: PathBuf) -> Result<(), LoadError> {
         // Some editors put a byte order mark first.
         let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
-        refuse_binary(text, name)?;
+        // An image or a binary mesh is refused as a whole, instead of by its first unknown word.
+        refuse_binary(text, "the text of a scene").map_err(|fault| fault.into_error(text, name))?;
         if has_lone_returns(text) {
             return Err(LoadError::whole_file(name, LONE_RETURNS));
         }
@@ -246,7 +237,7 @@ impl Reader<'_> {
             .iter()
             .find(|(name, _)| name.as_bytes() == keyword.text);
         let Some(&statement) = known else {
-            return Err(line.error_at(keyword, unknown_statement(keyword)));
+            return Err(line.error_at(keyword, unknown_statement(keyword, line.file)));
         };
         if statement.0 != "at" {
             self.end_motion()?;
@@ -271,6 +262,9 @@ fn hint(keyword: &[u8]) -> Option<&'static str> {
         [b'{', ..] => {
             Some("this looks like a glTF mesh, expected a scene; `mesh PATH` places a mesh in a scene")
         }
+        b"size" | b"samples" => {
+            Some("this is an option of `octray render`, such as --size 800x600 or --samples 16")
+        }
         word if OBJ_WORDS.contains(&word) => {
             Some("this looks like an OBJ mesh, expected a scene; `mesh PATH` places a mesh in a scene")
         }
@@ -278,9 +272,12 @@ fn hint(keyword: &[u8]) -> Option<&'static str> {
     }
 }
 
-fn unknown_statement(keyword: &Word<'_>) -> String {
+fn unknown_statement(keyword: &Word<'_>, file: &Path) -> String {
     let found = quote(keyword.text);
-    if let Some(hint) = hint(keyword.text) {
+    // Comments of OBJ begin with `#`, too.
+    let is_obj = MeshFormat::of_path(file) == Some(MeshFormat::Obj);
+    let word: &[u8] = if is_obj { b"v" } else { keyword.text };
+    if let Some(hint) = hint(word) {
         return format!("found {found}: {hint}");
     }
     let names = STATEMENTS.map(|(name, _)| name);

@@ -24,7 +24,7 @@ mod shapes;
 mod sharing;
 mod transmission;
 
-use super::place::BYTE_ORDER_MARK;
+use super::place::{BYTE_ORDER_MARK, is_utf16};
 use super::{
     OpenMesh,
     budget::Budget,
@@ -73,6 +73,9 @@ pub(super) fn parse(
     let refused = |message: String| LoadError::whole_file(path, message);
     if bytes.is_empty() {
         return Err(refused("the file is empty, expected a glTF mesh".into()));
+    }
+    if is_utf16(bytes) {
+        return Err(refused("this is UTF-16, expected JSON in UTF-8".into()));
     }
     let (json, blob) = if bytes.starts_with(b"glTF") {
         split_binary(bytes).map_err(refused)?
@@ -224,7 +227,7 @@ fn document(mut root: json::Root, path: &Path) -> Result<Document, LoadError> {
     if let Some(scene) = root.scene.filter(|scene| scene.value() >= scenes) {
         let counted = counted(scenes, "scene", "scenes");
         return Err(refused(format!(
-            "scene: scene {}, but the file has {counted}",
+            "`scene` is {}, but the file has {counted}",
             scene.value()
         )));
     }

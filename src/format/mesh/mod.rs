@@ -24,7 +24,16 @@ use super::gltf;
 #[cfg(feature = "threemf")]
 use super::threemf;
 use super::{
-    OpenMesh, budget::Budget, files, left_out::counted, obj, off, ply, source::Opened, stl, textures::names,
+    OpenMesh,
+    budget::Budget,
+    files,
+    left_out::counted,
+    obj, off,
+    place::{LFS_POINTER, is_lfs_pointer},
+    ply,
+    source::Opened,
+    stl,
+    textures::names,
 };
 use crate::{
     error::{LoadError, clip_path},
@@ -448,6 +457,9 @@ pub(super) fn parse_as(
     open: OpenMesh<'_>,
     budget: &Budget,
 ) -> Result<LoadedMesh, LoadError> {
+    if is_lfs_pointer(bytes) {
+        return Err(LoadError::whole_file(path, LFS_POINTER));
+    }
     match format {
         MeshFormat::Ply => ply::parse_mesh(bytes, path, Some(open), budget),
         MeshFormat::Obj => obj::parse(bytes, path, open, budget),

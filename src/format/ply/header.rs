@@ -6,7 +6,11 @@ use super::{
 };
 use crate::{
     error::quote,
-    format::{left_out::counted, mesh::UpAxis, place::LONE_RETURNS},
+    format::{
+        left_out::counted,
+        mesh::UpAxis,
+        place::{LFS_POINTER, LONE_RETURNS, after_mark, is_lfs_pointer, is_utf16},
+    },
 };
 use serde_ply::{PlyFormat, PlyReader, PropertyType, ScalarType};
 use std::{io::Cursor, ops::Range};
@@ -140,7 +144,8 @@ impl Header {
     pub(super) fn parse(bytes: &[u8], length: usize) -> Result<Self, Fault> {
         let body = find_end(bytes)?;
         // Comments may be in any encoding. The last newline may be missing.
-        let mut text = String::from_utf8_lossy(bytes.get(..body).unwrap_or(bytes)).into_owned();
+        let mut text =
+            String::from_utf8_lossy(bytes.get(after_mark(bytes)..body).unwrap_or(bytes)).into_owned();
         if !text.ends_with('\n') {
             text.push('\n');
         }
@@ -385,14 +390,20 @@ pub(super) fn find_end(bytes: &[u8]) -> Result<usize, Fault> {
             message: LONE_RETURNS.to_owned(),
         });
     }
-    let mut end = 0;
-    for (i, line) in bytes.split_inclusive(|&byte| byte == b'\n').enumerate() {
+    let mut end = after_mark(bytes);
+    for (i, line) in bytes[end..].split_inclusive(|&byte| byte == b'\n').enumerate() {
         let start = end;
         end += line.len();
         let line = line.trim_ascii();
         if i == 0 && line != b"ply" {
-            let message = format!("not a PLY mesh: found {}, expected `ply`", quote(line));
-            return Err(Fault::text(0..line.len(), message));
+            let message = if is_lfs_pointer(line) {
+                LFS_POINTER.to_owned()
+            } else if is_utf16(line) {
+                "this is UTF-16, expected a PLY mesh in ASCII".to_owned()
+            } else {
+                format!("not a PLY mesh: found {}, expected `ply`", quote(line))
+            };
+            return Err(Fault::text(start..start + line.len(), message));
         }
         if line == b"end_header" {
             return Ok(end);

@@ -342,6 +342,13 @@ fn counts_beyond_the_file_are_refused_at_once() {
 }
 
 #[test]
+fn a_byte_order_mark_is_skipped() {
+    let text = "\u{feff}ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
+                end_header\n1 2 3\n";
+    assert_eq!(read(text).expect("a mesh").z, [3.0]);
+}
+
+#[test]
 fn headers() {
     assert_eq!(fault(""), " the file is empty, expected a PLY mesh");
     assert_eq!(

@@ -12,6 +12,16 @@ use crate::{
 };
 use glam::DVec3;
 
+/// Words of other programs for keys.
+const SYNONYMS: [(&[&[u8]], &str); 6] = [
+    (&[b"color", b"colour", b"rgb", b"diffuse", b"albedo"], "cd"),
+    (&[b"specular"], "cs"),
+    (&[b"shininess", b"exponent"], "alpha"),
+    (&[b"position", b"from"], "eye"),
+    (&[b"lookat", b"look_at", b"to"], "target"),
+    (&[b"move", b"position"], "translate"),
+];
+
 /// The words of a statement after the first.
 pub(super) struct Arguments<'l, 'a> {
     pub(super) line: &'l Line<'l>,
@@ -131,7 +141,12 @@ impl<'l, 'a> Arguments<'l, 'a> {
             return Ok(Some((word, key)));
         }
         let found = quote(word.text);
-        let message = match nearest(word.text, keys.iter().copied()) {
+        let is_meant = |key: &&str| {
+            let same = |(words, known): &(&[&[u8]], &str)| known == key && words.contains(&word.text);
+            SYNONYMS.iter().any(same)
+        };
+        let meant = keys.iter().copied().find(is_meant);
+        let message = match meant.or_else(|| nearest(word.text, keys.iter().copied())) {
             Some(near) => format!("unknown key {found} of `{}`, did you mean `{near}`?", self.name),
             None => format!(
                 "found {found} in `{}`, expected {}{}",
