@@ -29,7 +29,7 @@ pub(super) fn vector<V: Lanes, E: EightLanes<Simd = V::Simd>>(v: &Vec3Lanes<E>, 
 }
 
 /// Slots of [`Leaves`]: the triangles of two leaves.
-const PLACES: usize = REGISTER_LANES;
+const SLOTS: usize = REGISTER_LANES;
 
 /// A leaf and the packets that may hit something in it; with sixteen [triangle lanes](Lanes::Triangles), a second
 /// leaf, so that both blocks are prepared in one register and the loops' overhead is paid once. Without a second one,
@@ -44,14 +44,14 @@ pub(super) struct Leaves {
 impl Leaves {
     /// The slots with a triangle, a bit each: the second leaf's follow the first one's.
     #[inline(always)]
-    fn places(self) -> u32 {
+    fn slots(self) -> u32 {
         let [first, second] = self.child;
         first.count_bits() | second.count_bits() << LANES
     }
 
     /// The slots of those leaves that packet `p` may hit something in.
     #[inline(always)]
-    fn places_of(self, p: usize) -> u32 {
+    fn slots_of(self, p: usize) -> u32 {
         let [first, second] = self.packets;
         ((first >> p & 1) * 0x00ff) | ((second >> p & 1) * 0xff00)
     }
@@ -64,8 +64,8 @@ const EMPTY: Column = Column([0.0; REGISTER_LANES]);
 
 /// Slot `i` of `columns`, in all lanes.
 #[inline(always)]
-fn place<V: Lanes>(simd: V::Simd, [x, y, z]: &Columns3, i: usize) -> Vec3Lanes<V> {
-    let i = i % PLACES;
+fn slot<V: Lanes>(simd: V::Simd, [x, y, z]: &Columns3, i: usize) -> Vec3Lanes<V> {
+    let i = i % SLOTS;
     Vec3Lanes {
         x: V::splat(simd, x.0[i]),
         y: V::splat(simd, y.0[i]),
@@ -76,7 +76,7 @@ fn place<V: Lanes>(simd: V::Simd, [x, y, z]: &Columns3, i: usize) -> Vec3Lanes<V
 /// Slot `i` of a column, in all lanes.
 #[inline(always)]
 fn number<V: Lanes>(simd: V::Simd, column: &Column, i: usize) -> V {
-    V::splat(simd, column.0[i % PLACES])
+    V::splat(simd, column.0[i % SLOTS])
 }
 
 /// [`EdgeFunctions`] in memory: a broadcast from there is free.
@@ -119,7 +119,7 @@ impl Functions {
     #[inline(always)]
     fn of<V: Lanes>(&self, simd: V::Simd, i: usize) -> [Vec3Lanes<V>; 3] {
         let [u, v, w] = &self.edges;
-        [place(simd, u, i), place(simd, v, i), place(simd, w, i)]
+        [slot(simd, u, i), slot(simd, v, i), slot(simd, w, i)]
     }
 
     /// The canonical test of the triangle in slot `i`, see [`EdgeFunctions::test`].
@@ -129,7 +129,7 @@ impl Functions {
         TriangleTest::new(
             weights(d, self.of(simd, i)),
             [number(simd, &self.lowest, i), number(simd, &self.tolerance, i)],
-            (number(simd, &self.plane, i), d.dot(place(simd, &self.normal, i))),
+            (number(simd, &self.plane, i), d.dot(slot(simd, &self.normal, i))),
             interval,
         )
     }
@@ -169,25 +169,25 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let corners = B::corners::<V::Triangles>(simd, blocks);
     let edges = EdgeFunctions::new(&corners, origin);
     let packets = packets[0] | packets[1];
-    let mut triangles = leaves.places();
+    let mut triangles = leaves.slots();
     if let Some(frustum) = culling.frustum
         && packets.count_ones() > ALL_FIRST
     {
         triangles &= frustum.triangles(&edges);
     }
-    let places = V::Triangles::COUNT;
-    let packets_a_word = 64 / places;
+    let slots = V::Triangles::COUNT;
+    let packets_a_word = 64 / slots;
     let pairs = pairs(leaves, packets, triangles, culling, &edges);
     let functions = Functions::new(&edges);
-    let mut candidates = [0_u8; PACKETS * PLACES];
+    let mut candidates = [0_u8; PACKETS * SLOTS];
     let mut count = 0;
     for (word, pairs) in pairs.into_iter().enumerate() {
         // Two words hold eight packets; with eight slots all of them are in the first.
-        let first = (word / 2 * 8 + word % 2 * packets_a_word) * places;
+        let first = (word / 2 * 8 + word % 2 * packets_a_word) * slots;
         for pair in bits64(pairs) {
-            let (p, i) = ((first + pair) / places, pair % places);
+            let (p, i) = ((first + pair) / slots, pair % slots);
             let d = Vec3Lanes::<V>::load(simd, &states[p % PACKETS].direction);
-            candidates[count % (PACKETS * PLACES)] = (first + pair) as u8;
+            candidates[count % (PACKETS * SLOTS)] = (first + pair) as u8;
             count += usize::from(functions.may_hit(&d, i));
         }
     }
@@ -199,10 +199,10 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let (first, last) = (stored(first), stored(last));
     let mut taken = 0;
     for &pair in &candidates[..count] {
-        let (p, i) = (usize::from(pair) / places, usize::from(pair) % places);
+        let (p, i) = (usize::from(pair) / slots, usize::from(pair) % slots);
         let state = &mut states[p % PACKETS];
         let d = Vec3Lanes::<V>::load(simd, &state.direction);
-        let interval = interval::<V>(state, place(simd, &first, i), place(simd, &last, i), culling);
+        let interval = interval::<V>(state, slot(simd, &first, i), slot(simd, &last, i), culling);
         let test = functions.test(d, i, interval);
         let hit = hit::<B, V, ANY>(state, blocks[i / LANES % 2], i % LANES, &test);
         taken |= u32::from(hit) << p;
@@ -224,7 +224,7 @@ fn pairs<V: Lanes>(
     for (half, pairs) in pairs.as_chunks_mut::<2>().0.iter_mut().enumerate() {
         for p in bits(packets >> (half * 8) & 0xff) {
             let own = half * 8 + p;
-            let mut triangles = triangles & leaves.places_of(own);
+            let mut triangles = triangles & leaves.slots_of(own);
             if let Some(frustum) = culling.frustum {
                 triangles &= frustum.triangles_of(own, edges);
             }

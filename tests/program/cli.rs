@@ -434,7 +434,7 @@ fn mesh_warnings_are_printed_once() {
     assert_eq!(run.code, Some(0));
     assert_eq!(
         run.stderr,
-        "warning: twice.obj: of 4 triangles, 1 have no area and are never hit, 1 are duplicates\n"
+        "warning: twice.obj: of 4 triangles, 1 without area (never hit), 1 duplicate\n"
     );
     folder.run(&["twice.obj", "--size", "8x8", "--quiet"]).succeeded();
     let stats = folder.run(&["twice.obj", "--size", "8x8", "--quiet", "--json=-"]);

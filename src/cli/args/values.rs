@@ -124,7 +124,7 @@ pub const MOST_FRAMES: u32 = 10_000;
 /// The most columns of a sheet.
 pub const MOST_COLUMNS: u32 = 1000;
 
-/// The most frames of a film a second; GIF shows each for a hundredth of a second at least.
+/// The most frames per second of an animation: GIF shows each for at least a hundredth of a second.
 pub const MOST_FPS: u32 = 100;
 
 /// `A-B`, or `A` alone.

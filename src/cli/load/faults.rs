@@ -35,9 +35,9 @@ impl Faults {
     pub fn warning(&self, path: &Path) -> Option<String> {
         let many = self.triangles / 100;
         let kinds = [
-            (Some(self.degenerate), "have no area and are never hit"),
-            (self.duplicate, "are duplicates"),
-            (self.inverted, "face the opposite way to their neighbours"),
+            (Some(self.degenerate), "without area (never hit)"),
+            (self.duplicate, "duplicate"),
+            (self.inverted, "facing the opposite way to their neighbours"),
         ];
         let said: Vec<String> = kinds
             .iter()

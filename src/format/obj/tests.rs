@@ -154,7 +154,7 @@ fn faults_have_places() {
     assert_eq!(with("f 1 2"), "5:1: face with 2 corners, expected 3 or more");
     assert_eq!(
         with("f 1 2 0"),
-        "5:7: vertex index 0, expected a positive or negative index"
+        "5:7: vertex index 0, expected 1 for the first, or a negative index"
     );
     assert_eq!(
         with("f 1 2 -5"),
