@@ -96,6 +96,8 @@ fn wrong_values_are_usage_errors() {
         ("--sise 5x5", "--size"),
         ("--width 5", "--size WIDTHxHEIGHT"),
         ("--spp=5", "--samples"),
+        ("--bounces=5", "--max-depth N"),
+        ("--env=a.hdr", "a scene (.scn) has lines"),
         ("--gamma 2.2", "--srgb"),
         ("--transparent", "--background transparent"),
         ("--caustics", "--help lists the options"),

@@ -9,7 +9,7 @@ use clap::{
 use std::{ffi::OsString, path::Path};
 
 /// Options of other renderers, and what octray has instead.
-const ELSEWHERE: [(&[&str], &str); 11] = [
+const ELSEWHERE: [(&[&str], &str); 16] = [
     (
         &["--width", "--height", "--resolution", "--res", "--dimensions"],
         "--size WIDTHxHEIGHT, such as --size 800x600",
@@ -46,6 +46,20 @@ const ELSEWHERE: [(&[&str], &str); 11] = [
         "--from AZIMUTH,ELEVATION in degrees, such as --from 35,20, or --from top",
     ),
     (&["--animation", "--animate", "--rotate"], "--turntable N"),
+    (
+        &["--bounces", "--max-bounces", "--ray-depth", "--recursion"],
+        "--max-depth N limits reflections and refraction",
+    ),
+    (&["--format"], "the extension of --output FILE is the format"),
+    (&["--verbose"], "--stats prints rays, times and memory"),
+    (
+        &["--light", "--lights", "--env", "--environment", "--hdri"],
+        "a scene (.scn) has lines `light x y z intensity` and `environment PATH`",
+    ),
+    (
+        &["--color", "--colour", "--material"],
+        "a scene (.scn) has lines such as `material matte cd 1 0 0` and `mesh PATH`; --style clay shows one colour",
+    ),
 ];
 
 /// Adds a hint, if there is one.
@@ -80,16 +94,16 @@ pub fn misread(arguments: &[OsString]) -> Option<String> {
         .or_else(|| aovs_apart(&words))
 }
 
-/// Long options with one dash, as in `-size 8x8`, which clap reads as `-s ize`.
+/// Long options with one hyphen, as in `-size 8x8`, which clap reads as `-s ize`, or with a dash of word processors.
 fn one_dash(words: &[&str]) -> Option<String> {
     let all = definition();
     let options = || all.get_subcommands().flat_map(clap::Command::get_arguments);
     let is_long = |name: &&str| name.len() > 1 && options().any(|option| option.get_long() == Some(*name));
     let mut names = words
         .iter()
-        .filter_map(|word| word.strip_prefix('-')?.split('=').next());
+        .filter_map(|word| word.strip_prefix(['-', '–', '—'])?.split('=').next());
     let name = names.find(is_long)?;
-    Some(format!("-{name} needs a second dash: write --{name}"))
+    Some(format!("options have two hyphens: write --{name}"))
 }
 
 /// AOVs with spaces between them, as in `--aov depth normal`.

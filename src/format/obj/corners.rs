@@ -28,7 +28,9 @@ pub(super) struct Corner {
 pub(super) fn resolve(index: i64, size: usize, what: [&str; 2], limit: Option<usize>) -> Result<u32, String> {
     let [one, many] = what;
     if index == 0 {
-        return Err(format!("{one} index 0, expected 1 for the first, or a negative index"));
+        return Err(format!(
+            "{one} index 0, expected 1 for the first, or a negative index"
+        ));
     }
     let resolved = if index < 0 { index + size as i64 } else { index - 1 };
     match u32::try_from(resolved) {
