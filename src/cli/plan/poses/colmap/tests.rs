@@ -98,7 +98,7 @@ fn broken_files_are_refused() {
         (camera, "1 1 0 0 0 0 0 0 2 a.png\n", "a.png: no camera 2"),
         (camera, "1 0 0 0 0 0 0 0 1 a.png\n", "frames[0]"),
         (camera, "# none\n", "0 frames"),
-        ("1 BOX 6 4\n", "", "cameras.txt:1:3: found `BOX`"),
+        ("1 BOX 6 4\n", "", "cameras.txt:1:3: unknown camera model `BOX`"),
         ("1 PINHOLE 6 4 1\n", "", "PINHOLE has 1 parameters, expected 4"),
         (
             "1 PINHOLE 600 400 0 0 300 200\n",
