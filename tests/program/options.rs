@@ -126,6 +126,7 @@ fn json_of_every_command() {
         "both the picture and the JSON would be written to a.png",
     );
     folder.fails(&["a.scn", "--json", "."], 1, "it is a directory");
+    folder.fails(&["a.scn", "--json", "new/"], 1, "it is a directory");
     if cfg!(target_os = "linux") {
         folder.run_line("info a.scn --json /dev/null").succeeded();
         let kind = fs::metadata("/dev/null").unwrap().file_type();

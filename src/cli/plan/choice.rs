@@ -8,7 +8,7 @@ use crate::{
     bench::Method,
     cli::{
         CliError, report,
-        write::{Output, check_writable, identity},
+        write::{Output, check_writable, identity, names_directory},
     },
     error::clip_path,
     generate::{self, Kind},
@@ -17,7 +17,7 @@ use crate::{
     whole_file::follow_links,
 };
 use std::{
-    fs,
+    fs, io,
     path::{Path, PathBuf},
     time::Duration,
 };
@@ -70,6 +70,9 @@ impl JsonTarget {
             return Ok(Self::Stdout);
         }
         let name = clip_path(path);
+        if names_directory(path) {
+            return Err(CliError::writing(&name, &io::ErrorKind::IsADirectory.into()));
+        }
         let found = fs::metadata(path).ok();
         // Pipes and devices are written as they are.
         if !found

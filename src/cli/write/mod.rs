@@ -25,7 +25,7 @@ pub use encode::Format;
 pub use encode::is_animation;
 pub use json::{json_line, write_json};
 pub use merge::Tiles;
-pub use output::{Output, check_writable};
+pub use output::{Output, check_writable, names_directory};
 #[cfg(feature = "viewer")]
 pub use picture::Pixels;
 pub use replace::{Inputs, identity, is_foreign};

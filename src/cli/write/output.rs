@@ -209,9 +209,7 @@ impl Output {
             }
             found => found.ok(),
         };
-        let last = path.as_os_str().as_encoded_bytes().last();
-        let ends_as_directory = last.is_some_and(|&byte| is_separator(char::from(byte)));
-        if ends_as_directory || found.as_ref().is_some_and(fs::Metadata::is_dir) {
+        if names_directory(path) || found.as_ref().is_some_and(fs::Metadata::is_dir) {
             return Err(CliError::Failed(format!(
                 "cannot write {name}: it is a directory; name a file in it, such as {}",
                 clip_path(&path.join("{stem}.png"))
@@ -365,6 +363,12 @@ impl Output {
         }
         temporary.persist()
     }
+}
+
+/// Whether a path ends as a directory's, which may not exist.
+pub fn names_directory(path: &Path) -> bool {
+    let last = path.as_os_str().as_encoded_bytes().last();
+    last.is_some_and(|&byte| is_separator(char::from(byte)))
 }
 
 /// A new file next to `path`, with the permissions of the old one. It is removed on failure.
