@@ -103,7 +103,7 @@ fn one_dash(words: &[&str]) -> Option<String> {
         .iter()
         .filter_map(|word| word.strip_prefix(['-', '–', '—'])?.split('=').next());
     let name = names.find(is_long)?;
-    Some(format!("options have two hyphens: write --{name}"))
+    Some(format!("long options have two hyphens: write --{name}"))
 }
 
 /// AOVs with spaces between them, as in `--aov depth normal`.
