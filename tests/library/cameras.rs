@@ -110,7 +110,7 @@ fn points_out_of_focus_become_discs() {
             let scene = spheres(&[(Vec3::new(0.0, y as f32, 0.0), 0.03)]);
             let settings = Settings {
                 pattern: Pattern::Sobol,
-                ..settings(96, 128)
+                ..settings(96, 256)
             };
             let film = picture(&scene, &with_lens(1.0, Some(focus), is_orthographic), &settings);
             // Where the cone of rays through the point meets the plane in focus; the height of the view there.

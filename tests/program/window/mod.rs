@@ -55,7 +55,7 @@ pub fn wait_for<T>(what: &str, mut answer: impl FnMut() -> Result<T, String>) ->
             Ok(answer) => return answer,
             Err(found) => assert!(start.elapsed() < PATIENCE, "waiting for {what}, found {found}"),
         }
-        thread::sleep(Duration::from_millis(10));
+        thread::sleep(Duration::from_millis(20));
     }
 }
 

@@ -178,9 +178,12 @@ impl Screen {
             .connection
             .get_image(ImageFormat::Z_PIXMAP, window, 0, 0, w, h, u32::MAX);
         let bytes = cookie.unwrap().reply().unwrap().data;
-        let pixels = bytes
-            .chunks_exact(4)
-            .flat_map(|pixel| [pixel[2], pixel[1], pixel[0]]);
-        RgbImage::from_raw(width, height, pixels.collect()).expect("three bytes a pixel")
+        let mut shot = RgbImage::new(width, height);
+        for (to, from) in shot.chunks_exact_mut(3).zip(bytes.chunks_exact(4)) {
+            to[0] = from[2];
+            to[1] = from[1];
+            to[2] = from[0];
+        }
+        shot
     }
 }
