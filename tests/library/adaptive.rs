@@ -21,8 +21,11 @@ fn settings(samples: u32, adaptive: bool) -> Settings {
 }
 
 fn frame(scene: &Scene, camera: &Camera, settings: &Settings) -> Frame {
-    let bvh = Bvh::build(scene);
-    render(scene, &bvh, camera, settings, &|_| ControlFlow::Continue(())).expect("it renders")
+    frame_of(scene, &Bvh::build(scene), camera, settings)
+}
+
+fn frame_of(scene: &Scene, bvh: &Bvh, camera: &Camera, settings: &Settings) -> Frame {
+    render(scene, bvh, camera, settings, &|_| ControlFlow::Continue(())).expect("it renders")
 }
 
 fn above(height: f64) -> Camera {
@@ -57,6 +60,7 @@ fn carpet(color: impl FnMut(u32) -> [f32; 3]) -> Scene {
 fn a_flat_picture_takes_the_first_sample_only() {
     // As white as the background around it.
     let scene = carpet(|_| [1.0; 3]);
+    let bvh = Bvh::build(&scene);
     for mode in [Mode::Packet, Mode::Scalar] {
         let settings = Settings {
             width: 100,
@@ -64,7 +68,7 @@ fn a_flat_picture_takes_the_first_sample_only() {
             mode,
             ..settings(16, true)
         };
-        let frame = frame(&scene, &above(1.0), &settings);
+        let frame = frame_of(&scene, &bvh, &above(1.0), &settings);
         // One tile, around which there is nothing.
         assert_eq!(frame.rays.camera, 1600);
         // Interpolated colours round.
@@ -77,13 +81,19 @@ fn a_flat_picture_takes_the_first_sample_only() {
 fn where_everything_differs_it_is_every_sample() {
     let mut random = fastrand::Rng::with_seed(1);
     let scene = carpet(|_| [(); 3].map(|()| random.f32()));
-    for (samples, filter) in [(16, Filter::Box), (5, Filter::Tent), (300, Filter::Box)] {
+    let bvh = Bvh::build(&scene);
+    for (width, samples, filter) in [
+        (70, 16, Filter::Box),
+        (70, 5, Filter::Tent),
+        (13, 300, Filter::Box),
+    ] {
         let picture = |adaptive| {
             let settings = Settings {
+                width,
                 filter,
                 ..settings(samples, adaptive)
             };
-            frame(&scene, &above(1.5), &settings).film
+            frame_of(&scene, &bvh, &above(1.5), &settings).film
         };
         assert!(picture(true) == picture(false), "{samples} {filter:?}");
     }

@@ -1,7 +1,10 @@
 //! Orthographic cameras and lenses against closed forms, and in all modes.
+//!
+//! `OCTRAY_LONG=1` makes larger pictures.
 
 use crate::{
-    sameness::{SHIPPED, SIZES, check, glass_scene, sized},
+    long::rounds,
+    sameness::{SHIPPED, check, glass_scene, sized, sizes},
     shipped_scene,
 };
 use glam::{DVec3, Vec3};
@@ -206,7 +209,7 @@ fn orthographic_cameras() {
     scenes.push(("glass", glass_scene()));
     for (i, (name, scene)) in scenes.iter().enumerate() {
         let camera = parallel(i as u32 % 6 + 1, 2.0);
-        for (width, height, samples) in SIZES {
+        for (width, height, samples) in sizes() {
             // What is shaded is tested by `sameness`: here a band and a half of rays are enough.
             check(
                 name,
@@ -216,10 +219,11 @@ fn orthographic_cameras() {
             );
         }
         for adaptive in [false, true] {
+            let [width, height] = rounds([47, 21], [75, 27]);
             let settings = Settings {
                 adaptive,
                 pattern: Pattern::Sobol,
-                ..sized(75, 27, 9)
+                ..sized(width, height, 9)
             };
             check(name, scene, &camera, &settings);
         }
@@ -254,7 +258,7 @@ fn cameras_with_lenses() {
                 let settings = Settings {
                     pattern,
                     adaptive,
-                    ..sized(61, 19, samples)
+                    ..sized(rounds(29, 61), 19, samples)
                 };
                 check(name, scene, &camera, &settings);
             }

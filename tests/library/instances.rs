@@ -1,7 +1,11 @@
 //! Instances: hits and pictures are those of a mesh that is stored where it stands; packets, scalar code and brute force
 //! agree bit for bit; what an instance takes in memory; what the builder refuses.
+//! `OCTRAY_LONG=1` makes larger pictures.
 
-use crate::sameness::{check, sized};
+use crate::{
+    long::rounds,
+    sameness::{check, sized},
+};
 use glam::{DVec3, Vec3};
 use octray::{
     Level,
@@ -328,29 +332,21 @@ fn scenes_of_instances() {
             aperture: 0.1,
             focus: None,
         };
-        let parallel = Projection::Orthographic { height: 3.0 };
-        for (view, samples, max_depth) in [
-            (view, 1, 5),
-            (View { lens, ..view }, 4, 3),
-            (
-                View {
-                    projection: parallel,
-                    ..view
-                },
-                1,
-                1,
-            ),
-        ] {
+        let parallel = View {
+            projection: Projection::Orthographic { height: 3.0 },
+            ..view
+        };
+        for (view, samples, max_depth) in [(view, 1, 5), (View { lens, ..view }, 4, 3), (parallel, 1, 1)] {
             let camera = Camera::new(&view).expect("a view");
             let settings = Settings {
                 max_depth,
-                ..sized(89, 61, samples)
+                ..sized(rounds(61, 89), rounds(41, 61), samples)
             };
             check(name, &scene, &camera, &settings);
             let settings = Settings {
                 adaptive: true,
                 pattern: Pattern::Sobol,
-                ..sized(49, 37, 9)
+                ..sized(rounds(33, 49), rounds(25, 37), 9)
             };
             check(name, &scene, &camera, &settings);
         }
@@ -412,52 +408,51 @@ pub fn brute_force_agrees(scene: &Scene, camera: &Camera) {
     }
 }
 
-/// Closest hits and occlusion of a packet's rays by all methods at a level against brute force's.
-fn compare_packet(name: &str, scene: &Scene, tracer: &mut Tracer<'_>, rays: &[Ray; LANES]) {
+/// Closest hits and occlusion of a packet's rays.
+type Found = [(SceneHit, bool); LANES];
+
+fn brute_hits(scene: &Scene, rays: &[Ray; LANES]) -> Found {
+    rays.map(|ray| (brute::closest_hit(scene, &ray), brute::occluded(scene, &ray)))
+}
+
+/// Compares them with what brute force finds.
+fn compare_packet(name: &str, tracer: &mut Tracer<'_>, rays: &[Ray; LANES], expected: &Found) {
     let mut packets = RayPackets::default();
     packets.restart(None);
     packets.push_rays(rays);
     let mut hits = vec![HitPacket::miss(F32x8::ZERO)];
     tracer.closest_hit(packets.origins(), packets.packets(), &mut hits);
-    let found: [SceneHit; LANES] = std::array::from_fn(|lane| tracer.scene_hit(&hits, 0, lane));
     let mut blocked = vec![0_u8];
     tracer.occluded(packets.origins(), packets.packets(), &mut blocked);
-    for (lane, ray) in rays.iter().enumerate() {
-        let expected = brute::closest_hit(scene, ray);
-        let bits = |hit: &SceneHit| {
-            let numbers = [hit.t, hit.u, hit.v].map(f32::to_bits);
-            (numbers, hit.primitive, hit.instance)
-        };
-        assert_eq!(
-            bits(&found[lane]),
-            bits(&expected),
-            "{name}: {ray:?}: {:?}, {expected:?}",
-            found[lane]
-        );
-        assert_eq!(
-            blocked[0] >> lane & 1 == 1,
-            brute::occluded(scene, ray),
-            "{name}: {ray:?}"
-        );
+    for (lane, (ray, (expected, is_blocked))) in rays.iter().zip(expected).enumerate() {
+        let found = tracer.scene_hit(&hits, 0, lane);
+        let numbers = |hit: &SceneHit| [hit.t, hit.u, hit.v].map(f32::to_bits);
+        let bits = |hit| (numbers(hit), hit.primitive, hit.instance);
+        let what = format!("{name}: {ray:?}: {found:?}, {expected:?}");
+        assert_eq!(bits(&found), bits(expected), "{what}");
+        assert_eq!(blocked[0] >> lane & 1 == 1, *is_blocked, "{name}: {ray:?}");
     }
 }
 
 #[test]
 fn every_level_finds_the_hits_of_brute_force() {
     let scene = instanced_scene(Vec3::new(5000.0, -3000.0, 700.0));
+    let mut random = Random::new(29, 3);
+    let packets = [(); 60].map(|()| {
+        let rays = std::array::from_fn(|_| {
+            let mut ray = ray_inwards(&mut random);
+            ray.t_max = random.pick(&[octray::ray::T_MAX, 3.0, 4.0, 0.0]);
+            ray
+        });
+        (rays, brute_hits(&scene, &rays))
+    });
     for layout in [Layout::Whole, Layout::Indexed] {
         let bvh = Bvh::build_as(&scene, BuildQuality::Best, layout);
         for level in Level::all() {
             for method in [Method::Adaptive, Method::Packet, Method::Single] {
                 let mut tracer = Tracer::with_method(&bvh, method).at_level(level).of_scene(&scene);
-                let mut random = Random::new(29, 3);
-                for _ in 0..60 {
-                    let rays = std::array::from_fn(|_| {
-                        let mut ray = ray_inwards(&mut random);
-                        ray.t_max = random.pick(&[octray::ray::T_MAX, 3.0, 4.0, 0.0]);
-                        ray
-                    });
-                    compare_packet(&format!("{level}, {method:?}"), &scene, &mut tracer, &rays);
+                for (rays, expected) in &packets {
+                    compare_packet(&format!("{level}, {method:?}"), &mut tracer, rays, expected);
                 }
             }
         }
@@ -482,9 +477,9 @@ fn the_first_of_coincident_instances_wins() {
     let mut hits = 0;
     for _ in 0..200 {
         let rays = std::array::from_fn(|_| ray_inwards(&mut random));
-        compare_packet("coincident", &scene, &mut tracer, &rays);
-        for ray in &rays {
-            let hit = brute::closest_hit(&scene, ray);
+        let expected = brute_hits(&scene, &rays);
+        compare_packet("coincident", &mut tracer, &rays, &expected);
+        for (hit, _) in expected {
             if hit.is_hit() {
                 hits += 1;
                 assert_eq!(hit.instance, InstanceId(0));

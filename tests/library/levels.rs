@@ -1,5 +1,8 @@
 //! Every instruction set of this CPU computes the same: pictures in both modes, and trees.
+//!
+//! `OCTRAY_LONG=1` makes larger pictures.
 
+use crate::long::rounds;
 use glam::{DVec3, Vec3};
 use octray::{
     Level,
@@ -115,9 +118,10 @@ fn every_level_makes_the_same_pictures_in_both_modes() {
 fn check_pictures(scene: &Scene) {
     let bvh = Bvh::build(scene);
     let camera = Camera::look_at(DVec3::new(4.0, 3.0, 2.0), DVec3::ZERO, DVec3::Z, 50.0).unwrap();
+    let [width, height] = rounds([45, 35], [91, 67]);
     let settings = Settings {
-        width: 91,
-        height: 67,
+        width,
+        height,
         max_depth: 5,
         ..Settings::default()
     };

@@ -2,6 +2,8 @@
 
 #[path = "../common/images.rs"]
 mod images;
+#[path = "../common/long.rs"]
+mod long;
 mod random;
 mod seeds;
 mod targets;

@@ -1,5 +1,6 @@
 //! Runs the fuzz targets on a stable compiler, on all seeds and on every input that once failed.
 
+use crate::long::rounds;
 use std::{fs, path::Path};
 
 /// Runs every file of `folder/TARGET/` through TARGET.
@@ -66,14 +67,9 @@ fn generated_seeds_are_current() {
 #[test]
 fn random_bytes() {
     let mut random = fastrand::Rng::with_seed(7);
-    let rounds = if std::env::var_os("OCTRAY_LONG").is_some() {
-        50_000
-    } else {
-        300
-    };
     for name in ["scn_grammar", "ply_grammar", "picture", "mesh_grammar"] {
         let target = crate::targets::by_name(name).expect("a target");
-        for round in 0..rounds {
+        for round in 0..rounds(150, 50_000) {
             let bytes: Vec<u8> = (0..random.usize(1..600)).map(|_| random.u8(..)).collect();
             println!("{name}, round {round}");
             target(&bytes);

@@ -1,7 +1,8 @@
 //! Bundles, packets, single rays, the scalar BVH and brute force find the same hits, bit for bit.
 //!
-//! `OCTRAY_LONG=1` traces 1,000,000 rays in each of 200 scenes.
+//! `OCTRAY_LONG=1` tries more scenes, and traces 1,000,000 rays in each of 200.
 
+use crate::long::{is_long, rounds};
 use octray::{
     accel::{BuildQuality, Bvh, Layout},
     verify::{Counts, Random, check_equivalence, implementations, scenes},
@@ -29,7 +30,7 @@ fn check(seed: u64, count: usize, rays: u64) -> Result<(), String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: rounds(120, 400), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn all_methods_agree_with_brute_force(seed in any::<u64>(), count in 0_usize..=64) {
@@ -44,7 +45,7 @@ proptest! {
 
 #[test]
 fn long_run() {
-    if std::env::var_os("OCTRAY_LONG").is_none() {
+    if !is_long() {
         println!("skipped: set OCTRAY_LONG=1 to trace 1,000,000 rays in each of 200 scenes");
         return;
     }

@@ -1,6 +1,12 @@
 //! One scene, one picture: packets or scalar code, any BVH, one thread or two give the same linear colours, bit for bit.
+//!
+//! `OCTRAY_LONG=1` makes larger pictures, each in both modes on one thread and on two with every BVH.
 
-use crate::{blending::see_through, shipped_scene};
+use crate::{
+    blending::see_through,
+    long::{is_long, rounds},
+    shipped_scene,
+};
 use glam::{DVec3, Vec3};
 use octray::{
     accel::{BuildQuality, Bvh, Layout},
@@ -28,7 +34,10 @@ pub const SHIPPED: [&str; 11] = [
 ];
 
 /// Width, height and samples per pixel: no multiple of a packet or tile, a single pixel, very wide, several samples.
-pub const SIZES: [(u32, u32, u32); 4] = [(333, 217, 1), (1, 1, 1), (8191, 3, 1), (64, 48, 4)];
+pub fn sizes() -> [(u32, u32, u32); 4] {
+    let [width, height] = rounds([149, 67], [333, 217]);
+    [(width, height, 1), (1, 1, 1), (8191, 3, 1), (64, 48, 4)]
+}
 
 /// The first pixel whose bits differ.
 fn first_difference(a: &Film, b: &Film) -> Option<String> {
@@ -43,46 +52,48 @@ fn first_difference(a: &Film, b: &Film) -> Option<String> {
     Some(format!("pixel ({x}, {y}): {pa:?} and {pb:?}"))
 }
 
+/// BVHs, modes and threads that must make the same picture as packets on one thread with the default BVH. The first three
+/// have each of them.
+fn others() -> Vec<(BuildQuality, Layout, Mode, usize)> {
+    let mut others = vec![
+        (BuildQuality::Fast, Layout::Whole, Mode::Packet, 2),
+        (BuildQuality::Best, Layout::Indexed, Mode::Packet, 1),
+        (BuildQuality::Ploc, Layout::Whole, Mode::Scalar, 2),
+    ];
+    if is_long() {
+        for (quality, layout) in [
+            (BuildQuality::Best, Layout::Whole),
+            (BuildQuality::Fast, Layout::Whole),
+            (BuildQuality::Best, Layout::Indexed),
+            (BuildQuality::Ploc, Layout::Whole),
+        ] {
+            for mode in [Mode::Packet, Mode::Scalar] {
+                others.extend([1, 2].map(|threads| (quality, layout, mode, threads)));
+            }
+        }
+    }
+    others
+}
+
 pub fn check(name: &str, scene: &Scene, camera: &Camera, settings: &Settings) {
-    let bvh = Bvh::build(scene);
-    let film = |mode, threads| {
+    let film = |bvh: &Bvh, mode, threads| {
         let settings = Settings {
             mode,
             threads: Some(threads),
             ..*settings
         };
-        let frame = render(scene, &bvh, camera, &settings, &|_| ControlFlow::Continue(()));
+        let frame = render(scene, bvh, camera, &settings, &|_| ControlFlow::Continue(()));
         frame.unwrap_or_else(|error| panic!("{name}: {error}")).film
     };
-    let first = film(Mode::Packet, 1);
-    assert_eq!(
-        first.pixels().len(),
-        settings.width as usize * settings.height as usize,
-        "{name}"
-    );
-    let one_thread = Settings {
-        mode: Mode::Packet,
-        threads: Some(1),
-        ..*settings
-    };
-    for (quality, layout) in [
-        (BuildQuality::Fast, Layout::Whole),
-        (BuildQuality::Best, Layout::Indexed),
-        (BuildQuality::Ploc, Layout::Whole),
-    ] {
-        let other = Bvh::build_as(scene, quality, layout);
-        let frame = render(scene, &other, camera, &one_thread, &|_| ControlFlow::Continue(()));
-        let other = frame.unwrap_or_else(|error| panic!("{name}: {error}")).film;
-        if let Some(difference) = first_difference(&first, &other) {
-            panic!("{name}: the default BVH and {quality:?}, {layout:?} differ at {difference}");
-        }
-    }
-    for (mode, threads) in [(Mode::Packet, 2), (Mode::Scalar, 1), (Mode::Scalar, 2)] {
-        let other = film(mode, threads);
+    let [width, height] = [settings.width, settings.height];
+    let first = film(&Bvh::build(scene), Mode::Packet, 1);
+    assert_eq!(first.pixels().len(), width as usize * height as usize, "{name}");
+    for (quality, layout, mode, threads) in others() {
+        let other = film(&Bvh::build_as(scene, quality, layout), mode, threads);
         if let Some(difference) = first_difference(&first, &other) {
             panic!(
-                "{name}, {}x{}: packets on 1 thread and {mode:?} on {threads} differ at {difference}",
-                settings.width, settings.height
+                "{name}, {width}x{height}: packets on 1 thread with the default BVH, and {mode:?} on {threads} with \
+                 {quality:?}, {layout:?} differ at {difference}"
             );
         }
     }
@@ -111,7 +122,7 @@ fn shipped_scenes() {
             film.pixels().iter().any(|pixel| *pixel != film.pixels()[0]),
             "{name}: the picture has one colour"
         );
-        for (i, (width, height, samples)) in SIZES.into_iter().enumerate() {
+        for (i, (width, height, samples)) in sizes().into_iter().enumerate() {
             let camera = Camera::classic_view(i as u32 + 1).expect("views are 1 to 6");
             check(name, &scene, &camera, &sized(width, height, samples));
         }
@@ -139,7 +150,8 @@ fn adaptive_pictures() {
     scenes.push(("colours", colored_scene()));
     for (i, (name, scene)) in scenes.iter().enumerate() {
         let camera = Camera::classic_view(i as u32 % 6 + 1).expect("views are 1 to 6");
-        for (width, height, samples) in [(149, 67, 16), (1, 1, 5), (1023, 3, 4)] {
+        let [width, height] = rounds([101, 43], [149, 67]);
+        for (width, height, samples) in [(width, height, 16), (1, 1, 5), (1023, 3, 4)] {
             let settings = Settings {
                 adaptive: true,
                 pattern: Pattern::Sobol,
@@ -213,7 +225,7 @@ fn colored_scene() -> Scene {
 #[test]
 fn colored_scenes() {
     let scene = colored_scene();
-    for (i, (width, height, samples)) in SIZES.into_iter().enumerate() {
+    for (i, (width, height, samples)) in sizes().into_iter().enumerate() {
         let camera = Camera::classic_view(i as u32 + 1).expect("views are 1 to 6");
         check("colours", &scene, &camera, &sized(width, height, samples));
     }
@@ -306,7 +318,7 @@ fn lights_of_all_kinds() {
         .set_environment(Environment::Picture(picture))
         .expect("an environment");
     let scene = builder.finish();
-    for (i, (width, height, samples)) in SIZES.into_iter().enumerate() {
+    for (i, (width, height, samples)) in sizes().into_iter().enumerate() {
         let camera = Camera::classic_view(i as u32 + 1).expect("views are 1 to 6");
         check("lights", &scene, &camera, &sized(width, height, samples));
     }

@@ -1,7 +1,8 @@
 //! Watertightness: every ray from inside a closed mesh hits it, at edges and vertices too.
 //!
-//! `OCTRAY_LONG=1` traces 300 times as many rays.
+//! `OCTRAY_LONG=1` traces hundreds of times as many rays.
 
+use crate::long::rounds;
 use glam::{DVec3, Mat3, Vec3};
 use octray::{
     Level,
@@ -13,6 +14,9 @@ use octray::{
     trace::{BUNDLE, Method, Tracer},
     verify::Random,
 };
+
+/// Bundles of rays in each mesh: a tracer of each lower level gets one of either kind, shared origins and separate ones.
+const BUNDLES: usize = 12;
 
 /// A closed mesh: corners and the triangles that index them.
 struct Closed {
@@ -225,11 +229,7 @@ fn shoot_at(
 
 #[test]
 fn no_ray_leaves_a_closed_mesh() {
-    let bundles = if std::env::var_os("OCTRAY_LONG").is_some() {
-        20_000
-    } else {
-        60
-    };
+    let bundles = rounds(BUNDLES, 20_000);
     let mut random = Random::new(7, 0);
     let turn = Mat3::from_axis_angle(Vec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
     for size in [10.0, 1e3, 1e5] {
@@ -268,11 +268,7 @@ fn no_ray_leaves_a_closed_mesh() {
 
 #[test]
 fn no_ray_leaves_a_closed_instance() {
-    let bundles = if std::env::var_os("OCTRAY_LONG").is_some() {
-        6_000
-    } else {
-        20
-    };
+    let bundles = rounds(BUNDLES, 6_000);
     let mut random = Random::new(9, 0);
     let none = Transform::IDENTITY;
     let turned = none.then_rotate(DVec3::new(1.0, 2.0, 3.0), 40.0);

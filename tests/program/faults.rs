@@ -1,8 +1,13 @@
 //! Injected faults: full, read-only and vanished disks, readers that go away, signals, files that change while they are
 //! read. A picture is complete or not there at all.
+//!
+//! `OCTRAY_LONG=1` changes a larger mesh at more times.
 #![cfg(unix)]
 
-use crate::program::{Folder, Run, send_signal};
+use crate::{
+    long::rounds,
+    program::{Folder, Run, send_signal},
+};
 use std::{
     fs::{self, OpenOptions},
     io::{Read, Write},
@@ -321,18 +326,15 @@ fn a_mesh_that_changes_while_it_is_read() {
     let folder = Folder::new();
     let path = folder.path("mesh.ply");
     folder.write("mesh.scn", "light 1 2 3 1\nply_file mesh.ply\n");
-    write_mesh(&path, 200_000);
+    // At least 5 MiB, which several threads read.
+    write_mesh(&path, rounds(110_000, 200_000));
     let arguments = ["mesh.scn", "--size", "16x16"];
     let start = Instant::now();
     folder.run(&arguments).succeeded();
     let whole = start.elapsed();
     let good = fs::read(&path).unwrap();
     let mut random = fastrand::Rng::with_seed(2);
-    let rounds = if std::env::var_os("OCTRAY_LONG").is_some() {
-        60
-    } else {
-        9
-    };
+    let rounds = rounds(9, 60);
     let mut refused = 0;
     for round in 0..rounds {
         fs::write(&path, &good).unwrap();

@@ -1,7 +1,12 @@
 //! Limits: a picture or scene that is too large is refused in one sentence, before the work begins.
+//!
+//! `OCTRAY_LONG=1` adds the limit of placed meshes.
 #![cfg(unix)]
 
-use crate::program::{Folder, Run};
+use crate::{
+    long::is_long,
+    program::{Folder, Run},
+};
 use std::{fs, io::Write};
 
 /// Limits the address space, in KiB, in case a check fails.
@@ -178,7 +183,7 @@ fn scenes_have_documented_limits() {
     }
     refused(&folder, "\"$0\" deep0.scn", &["includes nest more than 16 deep"]);
 
-    if std::env::var_os("OCTRAY_LONG").is_none() {
+    if !is_long() {
         println!("skipped: OCTRAY_LONG tests the limit of placed meshes, each of which is read");
         return;
     }

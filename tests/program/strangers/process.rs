@@ -1,7 +1,12 @@
 //! The process: signals at any time, and memory with any input.
+//!
+//! `OCTRAY_LONG=1` takes a larger mesh and many more limits on memory.
 
 use super::Call;
-use crate::program::{Folder, send_signal};
+use crate::{
+    long::{is_long, rounds},
+    program::{Folder, send_signal},
+};
 use std::{
     fmt::Write as _,
     fs::{self, File},
@@ -25,13 +30,13 @@ fn endless(folder: &Folder, name: &str) {
 }
 
 /// Triangles in all directions, as OBJ, with polygons.
-fn large(folder: &Folder, name: &str) {
+fn large(folder: &Folder, name: &str, vertices: u64) {
     let mut text = String::new();
-    for i in 0..150_000_u64 {
+    for i in 0..vertices {
         let [x, y, z] = [1009, 1013, 1019].map(|prime| i * 7919 % prime);
         let _ = writeln!(text, "v {x} {y} {z}");
     }
-    for i in 0..149_990 {
+    for i in 0..vertices - 10 {
         let _ = writeln!(
             text,
             "f {} {} {} {} {} {}",
@@ -50,7 +55,7 @@ fn large(folder: &Folder, name: &str) {
 fn signals_are_heard_whatever_is_in_hand() {
     let folder = Folder::new();
     endless(&folder, "endless.scn");
-    large(&folder, "large.obj");
+    large(&folder, "large.obj", 150_000);
     for (arguments, signal) in [
         (
             "endless.scn --samples 1048576 --size 8x8 --max-depth 1000",
@@ -87,7 +92,7 @@ fn signals_are_heard_whatever_is_in_hand() {
 #[test]
 fn memory_that_nothing_counted_refused_by_the_allocator() {
     let folder = Folder::new();
-    large(&folder, "large.obj");
+    large(&folder, "large.obj", 150_000);
     Call::new(&folder, &["large.obj", "--smooth-angle", "180", "--size", "8x8"])
         .within(20)
         .refused("error: large.obj: ");
@@ -99,15 +104,13 @@ fn memory_that_nothing_counted_refused_by_the_allocator() {
 }
 
 /// Under any limit on the address space, every command and format ends with exit code 0 or 1 and at most one sentence.
-fn in_any_address_space(commands: &[&str]) -> Folder {
-    let folder = Folder::new();
-    large(&folder, "large.obj");
-    folder.write("mesh.scn", "light 1 2 3 1\nmesh large.obj\n");
-    let long = std::env::var_os("OCTRAY_LONG").is_some();
-    let limits: Vec<u32> = if long {
-        (100_000..=2_000_000).step_by(20_000).collect()
+/// `limits` are in KiB.
+fn in_any_address_space(folder: &Folder, limits: [u32; 4], commands: &[&str]) {
+    let long = (100_000..=2_000_000).step_by(20_000);
+    let limits: Vec<u32> = if is_long() {
+        long.collect()
     } else {
-        vec![100_000, 180_000, 320_000, 600_000]
+        limits.to_vec()
     };
     for arguments in commands {
         for kibibytes in &limits {
@@ -129,34 +132,48 @@ fn in_any_address_space(commands: &[&str]) -> Folder {
             assert_eq!(half, None, "{name}");
         }
     }
-    folder
 }
 
 // Two tests, so that two cores share them.
 #[test]
 fn any_address_space_with_any_command() {
-    in_any_address_space(&[
-        // Plain: soft light among polygons that all overlap takes a minute without optimisation, and no more memory.
-        "large.obj --size 64x64 --quiet --style plain",
-        "mesh.scn --size 64x64 --quiet --stats",
-        "a.scn --size 64x64 --quiet --turntable 3 -o t#.png",
-        "info large.obj",
-        "info mesh.scn --json -",
-        "verify --rays 1000",
-        "bench a.scn --size 64x64 --repeat 1",
-        "generate flake -o made --force",
-        "man",
-    ]);
+    let folder = Folder::new();
+    large(&folder, "large.obj", rounds(75_000, 150_000));
+    folder.write("mesh.scn", "light 1 2 3 1\nmesh large.obj\n");
+    // Loading the mesh is refused, then building its BVH; then an allocation fails; then all is well.
+    let limits = [80_000, 100_000, 180_000, 600_000];
+    in_any_address_space(
+        &folder,
+        limits,
+        &[
+            // Plain: soft light among polygons that all overlap takes a minute without optimisation, and no more memory.
+            "large.obj --size 64x64 --quiet --style plain",
+            "mesh.scn --size 64x64 --quiet --stats",
+            "a.scn --size 64x64 --quiet --turntable 3 -o t#.png",
+            "info large.obj",
+            "info mesh.scn --json -",
+            "verify --rays 1000",
+            "bench a.scn --size 64x64 --repeat 1",
+            "generate flake -o made --force",
+            "man",
+        ],
+    );
 }
 
 #[test]
 fn any_address_space_with_any_format() {
-    let folder = in_any_address_space(&[
-        "a.scn --size 2048x2048 --quiet -o a.exr",
-        "a.scn --size 2048x2048 --quiet -o a.exr --aov depth,normal",
-        "a.scn --size 2048x2048 --quiet -o a.png --aov depth",
-        "a.scn --size 2048x2048 --quiet -o a.tiff",
-        "a.scn --size 1024x1024 --quiet -o a.jpg",
-    ]);
+    let folder = Folder::new();
+    let limits = [100_000, 180_000, 320_000, 600_000];
+    in_any_address_space(
+        &folder,
+        limits,
+        &[
+            "a.scn --size 2048x2048 --quiet -o a.exr",
+            "a.scn --size 2048x2048 --quiet -o a.exr --aov depth,normal",
+            "a.scn --size 2048x2048 --quiet -o a.png --aov depth",
+            "a.scn --size 2048x2048 --quiet -o a.tiff",
+            "a.scn --size 1024x1024 --quiet -o a.jpg",
+        ],
+    );
     assert!(fs::metadata(folder.path("a.exr")).is_ok());
 }

@@ -2,7 +2,7 @@
 
 use super::wait_for;
 use crate::program::{Folder, Run};
-use image::{Rgb, RgbImage};
+use image::RgbImage;
 use std::{
     io::{BufRead, BufReader},
     process::{Child, Command, Stdio},
@@ -178,9 +178,12 @@ impl Screen {
             .connection
             .get_image(ImageFormat::Z_PIXMAP, window, 0, 0, w, h, u32::MAX);
         let bytes = cookie.unwrap().reply().unwrap().data;
-        RgbImage::from_fn(width, height, |x, y| {
-            let at = 4 * (y * width + x) as usize;
-            Rgb([bytes[at + 2], bytes[at + 1], bytes[at]])
-        })
+        let mut shot = RgbImage::new(width, height);
+        for (to, from) in shot.chunks_exact_mut(3).zip(bytes.chunks_exact(4)) {
+            to[0] = from[2];
+            to[1] = from[1];
+            to[2] = from[0];
+        }
+        shot
     }
 }
