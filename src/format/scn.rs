@@ -20,6 +20,7 @@ mod words;
 use super::{
     budget::Budget,
     files::Files,
+    foreign,
     place::{BYTE_ORDER_MARK, LONE_RETURNS, has_lone_returns},
 };
 use crate::{
@@ -129,6 +130,7 @@ pub(super) fn is_scene(text: &[u8]) -> bool {
 
 /// Rejects an image or a binary mesh as a whole, instead of by its first unknown word.
 fn refuse_binary(text: &[u8], file: &Path) -> Result<(), LoadError> {
+    foreign::refuse(text, file, "expected the text of a scene")?;
     match text.iter().position(|&byte| byte == 0) {
         Some(nul) => Err(LoadError::new(
             SourcePos::in_text(file, text, nul),

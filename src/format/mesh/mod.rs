@@ -24,7 +24,8 @@ use super::gltf;
 #[cfg(feature = "threemf")]
 use super::threemf;
 use super::{
-    OpenMesh, budget::Budget, files, left_out::counted, obj, off, ply, source::Opened, stl, textures::names,
+    OpenMesh, budget::Budget, files, foreign, left_out::counted, obj, off, ply, source::Opened, stl,
+    textures::names,
 };
 use crate::{
     error::{LoadError, clip_path},
@@ -370,6 +371,7 @@ pub(super) fn read(
 ) -> Result<LoadedMesh, LoadError> {
     let mut head = Vec::new();
     let head = opened.head(TEXT_HEAD, &mut head);
+    foreign::refuse(head, path, MeshFormat::EXPECTED)?;
     match MeshFormat::of(path, head) {
         Some(MeshFormat::Ply) => return ply::read(opened, path, Some(open), budget),
         Some(MeshFormat::Stl) => return stl::read(opened, path, budget),
@@ -430,6 +432,7 @@ fn parse_budgeted(
     open: OpenMesh<'_>,
     budget: &Budget,
 ) -> Result<LoadedMesh, LoadError> {
+    foreign::refuse(&bytes, path, MeshFormat::EXPECTED)?;
     match MeshFormat::of(path, &bytes) {
         Some(format) => parse_as(format, &bytes, path, open, budget),
         None => Err(unknown_format(path)),

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     error::quote,
-    format::{left_out::counted, mesh::UpAxis, place::LONE_RETURNS},
+    format::{foreign, left_out::counted, mesh::UpAxis, place::LONE_RETURNS},
 };
 use serde_ply::{PlyFormat, PlyReader, PropertyType, ScalarType};
 use std::{io::Cursor, ops::Range};
@@ -375,6 +375,12 @@ pub(super) fn find_end(bytes: &[u8]) -> Result<usize, Fault> {
         return Err(Fault {
             place: Place::File,
             message: "the file is empty, expected a PLY mesh".to_owned(),
+        });
+    }
+    if let Some(message) = foreign::fault(bytes, "expected a PLY mesh") {
+        return Err(Fault {
+            place: Place::File,
+            message,
         });
     }
     if let Some([next, ..]) = bytes.strip_prefix(b"ply\r")
