@@ -46,7 +46,7 @@ pub use material::{INDEX_RANGE, MAX_ALPHA, Material};
 pub use motion::{CameraMotion, MAX_KEYFRAMES, MAX_STEPS, MAX_TIME, Motion, Step};
 use moving::Moving;
 pub use opacity::Opacity;
-pub(crate) use passage::{Crossing, Passage};
+pub(crate) use passage::{Crossing, Passage, skipped};
 pub use pixel_rays::{PixelRays, RayCone};
 pub use placed::PlacedMesh;
 pub use plane::{MAX_PLANES, Plane};

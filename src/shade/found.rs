@@ -1,17 +1,17 @@
 //! The hits of a queue of rays, sorted by material, and the surfaces there.
 
 use super::{
-    TileColors,
-    queue::{self, HitQueue, RayQueue},
+    SURFACE_OFFSET, TileColors,
+    queue::{self, HitQueue, RayIndex, RayQueue},
     surface::{self, SurfacePacket},
     texture::{self, Textured},
     tint::{self, Tint8},
 };
 use crate::{
     lanes::{F32x8, LANES},
-    ray::HitPacket,
-    scene::{RayCone, Scene},
-    simd::{Level, at_level},
+    ray::{Hit, HitPacket, Ray, RayPackets},
+    scene::{RayCone, Scene, skipped},
+    simd::{Level, Simd, at_level},
     trace::Tracer,
 };
 use std::time::{Duration, Instant};
@@ -28,6 +28,16 @@ pub(super) struct Found {
     /// As many as `surfaces`, or none.
     pub tints: Vec<Tint8>,
     pub textured: Textured,
+    skipped: Skipped,
+}
+
+/// The short rays of [`skipped`], and the rays that skip them.
+#[derive(Debug, Default)]
+struct Skipped {
+    rays: Vec<Ray>,
+    by: Vec<RayIndex>,
+    packets: RayPackets,
+    hits: Vec<HitPacket>,
 }
 
 impl Found {
@@ -64,11 +74,40 @@ impl Found {
     }
 
     /// Sorts the hits by material and gathers their surfaces; see [`queue::sort`] for `transparent` and `colors`. `cone` is
-    /// that of the rays.
+    /// that of the rays. Opaque surfaces replace others in the same place.
     pub fn gather(
         &mut self,
         scene: &Scene,
-        (level, cone): (Level, RayCone),
+        (tracer, cone): (&mut Tracer<'_>, RayCone),
+        (rays, transparent): (&RayQueue, bool),
+        colors: &mut TileColors,
+    ) {
+        let level = tracer.level();
+        self.gather_surfaces(scene, level, (rays, transparent), colors);
+        if scene.dims_light() {
+            debug_assert!(rays.sets_colors(), "misses set their colours again");
+            at_level!(level, |simd| self.skip(simd, scene, rays));
+            if self.put_opaque_first(tracer) {
+                self.gather_surfaces(scene, level, (rays, transparent), colors);
+            }
+        }
+        let hits = &self.hits[..rays.rays.packets().len()];
+        let (sorted, surfaces) = (&self.by_material, &self.surfaces);
+        let tints = &mut self.tints;
+        tints.clear();
+        if scene.has_colors() {
+            at_level!(level, |simd| tint::gather(simd, scene, hits, sorted, tints));
+        }
+        if scene.has_textures() {
+            let traced = (rays, hits, &self.instances[..]);
+            texture::pass(scene, traced, (sorted, surfaces), cone, tints, &mut self.textured);
+        }
+    }
+
+    fn gather_surfaces(
+        &mut self,
+        scene: &Scene,
+        level: Level,
         (rays, transparent): (&RayQueue, bool),
         colors: &mut TileColors,
     ) {
@@ -81,14 +120,72 @@ impl Found {
                 surface::place(simd, scene, (rays, hits), &self.instances, sorted, surfaces);
             }
         });
-        let tints = &mut self.tints;
-        tints.clear();
-        if scene.has_colors() {
-            at_level!(level, |simd| tint::gather(simd, scene, hits, sorted, tints));
+    }
+
+    /// Collects the short rays of all hits on surfaces that are not opaque.
+    #[inline(always)]
+    fn skip<S: Simd>(&mut self, simd: S, scene: &Scene, rays: &RayQueue) {
+        let Skipped { rays: short, by, .. } = &mut self.skipped;
+        short.clear();
+        by.clear();
+        for (id, range) in self.by_material.ranges() {
+            if !scene.passes_light(id) {
+                continue;
+            }
+            for s in &self.surfaces[range] {
+                for lane in (0..LANES).filter(|lane| s.active >> lane & 1 == 1) {
+                    let (p, from) = (s.pixel[lane] as usize / LANES, s.pixel[lane] as usize % LANES);
+                    let hit = self.hits[p].hit(from);
+                    if scene.is_opaque(hit.primitive, [hit.u, hit.v]) {
+                        continue;
+                    }
+                    let at = (s.point.lane(lane), s.geometric_normal.lane(lane));
+                    let offset = s.magnitude.as_array()[lane] * SURFACE_OFFSET;
+                    if let Some(ray) = skipped(simd, &rays.rays.ray(p, from), hit.t, at, offset) {
+                        short.push(ray);
+                        by.push(s.pixel[lane]);
+                    }
+                }
+            }
         }
-        if scene.has_textures() {
-            let traced = (rays, hits, &self.instances[..]);
-            texture::pass(scene, traced, (sorted, surfaces), cone, tints, &mut self.textured);
+    }
+
+    /// Replaces hits by opaque surfaces that the short rays hit. Returns whether there are any.
+    fn put_opaque_first(&mut self, tracer: &mut Tracer<'_>) -> bool {
+        let Skipped {
+            rays,
+            by,
+            packets,
+            hits,
+        } = &mut self.skipped;
+        if rays.is_empty() {
+            return false;
         }
+        packets.restart(None);
+        for eight in rays.chunks(LANES) {
+            packets.push_rays(&std::array::from_fn(|lane| {
+                eight.get(lane).copied().unwrap_or(Ray {
+                    t_max: 0.0,
+                    ..eight[0]
+                })
+            }));
+        }
+        hits.resize(packets.packets().len(), HitPacket::miss(F32x8::ZERO));
+        tracer.opaque_hit(packets.origins(), packets.packets(), hits);
+        let mut is_any = false;
+        for (i, &by) in by.iter().enumerate() {
+            let found = tracer.scene_hit(hits, i / LANES, i % LANES);
+            if !found.is_hit() {
+                continue;
+            }
+            let (p, lane) = (by as usize / LANES, by as usize % LANES);
+            let t = self.hits[p].t.as_array()[lane];
+            self.hits[p].set_hit(lane, &Hit { t, ..found.hit });
+            if let Some(instances) = self.instances.get_mut(p) {
+                instances[lane] = found.instance.0;
+            }
+            is_any = true;
+        }
+        is_any
     }
 }

@@ -187,7 +187,7 @@ fn left(bodies: impl Fn(&mut SceneBuilder)) -> [f64; 3] {
     from_light
 }
 
-fn assert_left(expected: [f64; 3], bodies: impl Fn(&mut SceneBuilder)) {
+pub fn assert_left(expected: [f64; 3], bodies: impl Fn(&mut SceneBuilder)) {
     for (found, expected) in left(bodies).into_iter().zip(expected) {
         assert_near(found, expected, 1e-5);
     }
