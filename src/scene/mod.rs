@@ -50,7 +50,7 @@ pub(crate) use passage::{Crossing, Passage, skipped};
 pub use pixel_rays::{PixelRays, RayCone};
 pub use placed::PlacedMesh;
 pub use plane::{MAX_PLANES, Plane};
-pub use texture::{CutOut, SurfaceTextures, TexturePoint};
+pub use texture::{CutOut, MAX_EMISSION, SurfaceTextures, TexturePoint};
 pub use transform::Transform;
 pub use view::{CameraError, Lens, Projection, View};
 pub(crate) use weld::weld;
