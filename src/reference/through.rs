@@ -22,19 +22,37 @@ pub(super) fn opaque_first<S: Simd>(
     if !hit.is_hit() || scene.is_opaque(hit.primitive, [hit.u, hit.v]) {
         return hit;
     }
-    let s = surface(simd, scene, ray, &hit);
-    let offset = s.magnitude * SURFACE_OFFSET;
-    let skipped = skipped(simd, ray, hit.t, (s.point, s.geometric_normal), offset);
-    let found = skipped.map(|skipped| intersect.opaque_hit(&skipped));
-    found
-        .filter(|found| found.is_hit())
-        .map_or(hit, |found| SceneHit {
-            hit: Hit {
-                t: hit.t,
-                ..found.hit
-            },
-            ..found
-        })
+    in_place_of(simd, scene, intersect, ray, hit)
+}
+
+// Not inlined: see `follow`.
+#[inline(never)]
+fn in_place_of<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    intersect: &mut dyn Intersect,
+    ray: &Ray,
+    hit: SceneHit,
+) -> SceneHit {
+    let skipped = simd.call(
+        #[inline(always)]
+        || {
+            let s = surface(simd, scene, ray, &hit);
+            let at = (s.point, s.geometric_normal);
+            skipped(simd, ray, hit.t, at, s.magnitude * SURFACE_OFFSET)
+        },
+    );
+    let found = skipped.map_or(hit, |skipped| intersect.opaque_hit(&skipped));
+    if !found.is_hit() || found.primitive == hit.primitive {
+        return hit;
+    }
+    SceneHit {
+        hit: Hit {
+            t: hit.t,
+            ..found.hit
+        },
+        ..found
+    }
 }
 
 /// Returns the share of light that is left along a shadow ray, by channel; `None` if nothing is left.

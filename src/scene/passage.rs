@@ -191,6 +191,13 @@ impl Scene {
             )
     }
 
+    /// Returns whether a material is opaque anywhere.
+    pub(crate) fn may_be_opaque(&self, id: MaterialId) -> bool {
+        let opacity = self.textures(id).and_then(|textures| textures.opacity);
+        let is_dim = opacity.is_some_and(|opacity| opacity.factor < 1.0);
+        !is_dim && !matches!(self.materials()[id.0 as usize], Material::Glass { .. })
+    }
+
     /// Returns whether light may pass a material.
     pub(crate) fn passes_light(&self, id: MaterialId) -> bool {
         let is_glass = matches!(self.materials()[id.0 as usize], Material::Glass { .. });

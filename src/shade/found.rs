@@ -9,11 +9,13 @@ use super::{
 };
 use crate::{
     lanes::{F32x8, LANES},
-    ray::{Hit, HitPacket, Ray, RayPackets},
+    math::{Aabb, max},
+    ray::{Hit, HitPacket, PrimitiveId, Ray, RayPackets},
     scene::{RayCone, Scene, skipped},
     simd::{Level, Simd, at_level},
     trace::Tracer,
 };
+use glam::Vec3;
 use std::time::{Duration, Instant};
 
 /// The scratch memory of hits and surfaces.
@@ -86,7 +88,7 @@ impl Found {
         self.gather_surfaces(scene, level, (rays, transparent), colors);
         if scene.dims_light() {
             debug_assert!(rays.sets_colors(), "misses set their colours again");
-            at_level!(level, |simd| self.skip(simd, scene, rays));
+            at_level!(level, |simd| self.skip(simd, scene, tracer, rays));
             if self.put_opaque_first(tracer) {
                 self.gather_surfaces(scene, level, (rays, transparent), colors);
             }
@@ -122,9 +124,10 @@ impl Found {
         });
     }
 
-    /// Collects the short rays of all hits on surfaces that are not opaque.
+    /// Collects the short rays of hits on surfaces that are not opaque, if anything opaque is near.
+    // Cost: docs/lab-notes.md#opaque-first
     #[inline(always)]
-    fn skip<S: Simd>(&mut self, simd: S, scene: &Scene, rays: &RayQueue) {
+    fn skip<S: Simd>(&mut self, simd: S, scene: &Scene, tracer: &Tracer<'_>, rays: &RayQueue) {
         let Skipped { rays: short, by, .. } = &mut self.skipped;
         short.clear();
         by.clear();
@@ -133,6 +136,9 @@ impl Found {
                 continue;
             }
             for s in &self.surfaces[range] {
+                if !tracer.may_meet_opaque(simd, scene, &around(s), only_primitive(&self.hits, s)) {
+                    continue;
+                }
                 for lane in (0..LANES).filter(|lane| s.active >> lane & 1 == 1) {
                     let (p, from) = (s.pixel[lane] as usize / LANES, s.pixel[lane] as usize % LANES);
                     let hit = self.hits[p].hit(from);
@@ -175,11 +181,11 @@ impl Found {
         let mut is_any = false;
         for (i, &by) in by.iter().enumerate() {
             let found = tracer.scene_hit(hits, i / LANES, i % LANES);
-            if !found.is_hit() {
+            let (p, lane) = (by as usize / LANES, by as usize % LANES);
+            let Hit { t, primitive, .. } = self.hits[p].hit(lane);
+            if !found.is_hit() || found.primitive == primitive {
                 continue;
             }
-            let (p, lane) = (by as usize / LANES, by as usize % LANES);
-            let t = self.hits[p].t.as_array()[lane];
             self.hits[p].set_hit(lane, &Hit { t, ..found.hit });
             if let Some(instances) = self.instances.get_mut(p) {
                 instances[lane] = found.instance.0;
@@ -188,4 +194,26 @@ impl Found {
         }
         is_any
     }
+}
+
+/// A box around the short rays of a packet, with one offset to spare on each side.
+fn around(s: &SurfacePacket) -> Aabb {
+    let largest = s.magnitude.as_array().iter().fold(0.0, |a, &b| max(a, b));
+    let reach = Vec3::splat(4.0 * SURFACE_OFFSET * largest);
+    let points = Aabb::around((0..LANES).map(|lane| s.point.lane(lane)));
+    Aabb {
+        lower: points.lower - reach,
+        upper: points.upper + reach,
+    }
+}
+
+/// Returns the primitive that all rays of a packet hit, if it is one.
+fn only_primitive(hits: &[HitPacket], s: &SurfacePacket) -> Option<PrimitiveId> {
+    let id = |lane: usize| {
+        let i = s.pixel[lane] as usize;
+        PrimitiveId(hits[i / LANES].primitive[i % LANES])
+    };
+    let first = id(s.active.trailing_zeros() as usize);
+    let mut active = (0..LANES).filter(|lane| s.active >> lane & 1 == 1);
+    active.all(|lane| id(lane) == first).then_some(first)
 }

@@ -24,6 +24,7 @@ mod frustum;
 mod group;
 mod instances;
 mod leaf;
+mod nearby;
 mod order;
 mod origins;
 mod pairs;
