@@ -1,4 +1,4 @@
-//! The sRGB curve (IEC 61966-2-1), for channels from 0 to 1.
+//! The sRGB curve (IEC 61966-2-1), for channels from 0 on; above 1, brighter than white, it is continued.
 
 /// Returns the light that a display value stands for.
 pub(crate) fn decode(display: f64) -> f64 {

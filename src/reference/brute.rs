@@ -78,15 +78,30 @@ fn nearest_placed<S: Simd>(
 /// Returns the closest hit; at equal t the one with the lowest id of instance, none first, then of primitive.
 #[must_use]
 pub fn closest_hit(scene: &Scene, ray: &Ray) -> SceneHit {
-    at_level!(Level::current(), |simd| closest(simd, scene, ray))
+    at_level!(Level::current(), |simd| closest(
+        simd,
+        scene,
+        ray,
+        Passing::CutOuts(scene)
+    ))
+}
+
+/// Returns the closest hit of an opaque surface.
+#[must_use]
+pub fn opaque_hit(scene: &Scene, ray: &Ray) -> SceneHit {
+    at_level!(Level::current(), |simd| closest(
+        simd,
+        scene,
+        ray,
+        Passing::NotOpaque(scene)
+    ))
 }
 
 #[inline(always)]
-pub(super) fn closest<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> SceneHit {
-    let passing = Passing::CutOuts(scene);
+pub(super) fn closest<S: Simd>(simd: S, scene: &Scene, ray: &Ray, passing: Passing<'_>) -> SceneHit {
     let best = nearest(simd, targets(scene, None), ray, passing);
     let best = nearest_placed(simd, (scene, passing), ray, best.into());
-    planes::closest(simd, scene, ray, best)
+    planes::closest(simd, (scene, passing), ray, best)
 }
 
 /// Returns whether anything is hit before the ray's end.
@@ -162,7 +177,7 @@ impl<'a> Shapes<'a> {
         let passing = self.passing(Passing::CutOuts);
         at_level!(Level::current(), |simd| {
             let best = self.nearest(simd, ray, passing);
-            planes::closest(simd, self.scene, ray, best)
+            planes::closest(simd, (self.scene, Passing::CutOuts(self.scene)), ray, best)
         })
     }
 

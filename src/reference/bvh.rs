@@ -103,13 +103,28 @@ impl<'a> OverScene<'a> {
     }
 }
 
-impl Intersect for OverScene<'_> {
-    fn closest_hit(&mut self, ray: &Ray) -> SceneHit {
-        let best = closest_hit_at(self.level, self.bvh, &mut self.stack, ray, self.cut_outs);
+impl OverScene<'_> {
+    fn closest(&mut self, ray: &Ray, passing: Passing<'_>) -> SceneHit {
+        let best = closest_hit_at(self.level, self.bvh, &mut self.stack, ray, passing);
         if self.scene.planes().is_empty() {
             return best;
         }
-        at_level!(self.level, |simd| planes::closest(simd, self.scene, ray, best))
+        at_level!(self.level, |simd| planes::closest(
+            simd,
+            (self.scene, passing),
+            ray,
+            best
+        ))
+    }
+}
+
+impl Intersect for OverScene<'_> {
+    fn closest_hit(&mut self, ray: &Ray) -> SceneHit {
+        self.closest(ray, Passing::of(self.cut_outs, Passing::CutOuts))
+    }
+
+    fn opaque_hit(&mut self, ray: &Ray) -> SceneHit {
+        self.closest(ray, Passing::NotOpaque(self.scene))
     }
 
     fn occluded(&mut self, ray: &Ray) -> bool {
@@ -122,18 +137,17 @@ impl Intersect for OverScene<'_> {
 /// Returns the closest hit, ignoring cut-outs; at equal t the one with the lowest id.
 #[must_use]
 pub fn closest_hit(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> SceneHit {
-    closest_hit_at(Level::current(), bvh, stack, ray, None)
+    closest_hit_at(Level::current(), bvh, stack, ray, Passing::Nowhere)
 }
 
-/// [`closest_hit`] at a level. Rays pass where surfaces of the scene `cut_outs` are cut out.
+/// [`closest_hit`] at a level, with surfaces that rays pass.
 fn closest_hit_at(
     level: Level,
     bvh: &BinaryBvh,
     stack: &mut Stack,
     ray: &Ray,
-    cut_outs: Option<&Scene>,
+    passing: Passing<'_>,
 ) -> SceneHit {
-    let passing = Passing::of(cut_outs, Passing::CutOuts);
     at_level!(level, |simd| {
         let best = closest(simd, bvh, &mut stack.own, ray, passing).into();
         match &bvh.instances {
@@ -215,7 +229,7 @@ pub fn occluded(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> bool {
     occluded_at(Level::current(), bvh, stack, ray, None)
 }
 
-/// [`occluded`] at a level, with cut-outs as in [`closest_hit_at`].
+/// [`occluded`] at a level. Rays pass where surfaces of the scene `cut_outs` let ambient light pass.
 fn occluded_at(
     level: Level,
     bvh: &BinaryBvh,

@@ -80,7 +80,8 @@ pub(super) fn counted<S: Simd>(
             visit_instance,
         );
     }
-    (planes::closest(simd, scene, ray, best), cost)
+    let passing = Passing::CutOuts(scene);
+    (planes::closest(simd, (scene, passing), ray, best), cost)
 }
 
 /// The closest hit of a hierarchy's own primitives.

@@ -7,6 +7,7 @@ use super::{
         tinted,
     },
     surface::surface,
+    through::opaque_first,
 };
 use crate::{
     math::{max, min},
@@ -115,7 +116,7 @@ fn shade<S: Simd>(
         return;
     }
     rays.reflection += u64::from(own.depth > 0);
-    let hit = intersect.closest_hit(&own.ray);
+    let hit = opaque_first(simd, scene, intersect, &own.ray);
     let shows_nothing = limits.transparent && own.is_straight;
     if !hit.is_hit() {
         if !shows_nothing {

@@ -29,6 +29,8 @@ enum Passing<'a> {
     CutOuts(&'a Scene),
     /// For ambient rays: at cut-outs, glass and surfaces of low opacity.
     Light(&'a Scene),
+    /// Wherever surfaces are not opaque.
+    NotOpaque(&'a Scene),
 }
 
 impl<'a> Passing<'a> {
@@ -43,6 +45,7 @@ impl<'a> Passing<'a> {
             Self::Nowhere => true,
             Self::CutOuts(scene) => !scene.is_cut_out(hit.primitive, [hit.u, hit.v]),
             Self::Light(scene) => !scene.lets_light_pass(hit.primitive, [hit.u, hit.v]),
+            Self::NotOpaque(scene) => scene.is_opaque(hit.primitive, [hit.u, hit.v]),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Infinite planes: the scalar version of `trace::planes`.
 
+use super::Passing;
 use crate::{
     math::{max, max_abs},
     ray::{Hit, Ray, SceneHit},
@@ -19,20 +20,26 @@ fn intersect<S: Simd>(simd: S, plane: &Plane, ray: &Ray) -> Option<f32> {
 
 /// Returns the nearest of the hits of planes and of `best`, the closest hit of everything else.
 #[inline(always)]
-pub(super) fn closest<S: Simd>(simd: S, scene: &Scene, ray: &Ray, mut best: SceneHit) -> SceneHit {
+pub(super) fn closest<S: Simd>(
+    simd: S,
+    (scene, passing): (&Scene, Passing<'_>),
+    ray: &Ray,
+    mut best: SceneHit,
+) -> SceneHit {
     let ray = &ray.or_nothing();
     for (i, plane) in scene.planes().iter().enumerate() {
         if let Some(t) = intersect(simd, plane, ray)
             && best.loses_to(t, scene.plane_id(i))
-            && !scene.is_cut_out(scene.plane_id(i), [0.0; 2])
         {
-            best = Hit {
+            let hit = Hit {
                 t,
                 u: 0.0,
                 v: 0.0,
                 primitive: scene.plane_id(i),
+            };
+            if passing.counts(&hit) {
+                best = hit.into();
             }
-            .into();
         }
     }
     best

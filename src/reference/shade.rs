@@ -21,6 +21,8 @@ pub(super) const SURFACE_OFFSET: f32 = 32.0 / 16_777_216.0;
 pub trait Intersect {
     /// Returns the closest hit; at equal t the one with the lowest id of instance, none first, then of primitive.
     fn closest_hit(&mut self, ray: &Ray) -> SceneHit;
+    /// Returns the closest hit on an opaque surface.
+    fn opaque_hit(&mut self, ray: &Ray) -> SceneHit;
     /// Returns whether anything is hit before the ray's end.
     fn occluded(&mut self, ray: &Ray) -> bool;
 }

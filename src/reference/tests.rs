@@ -1,7 +1,7 @@
 //! The reference computes the same at every level, bit for bit, on rays that break ray tracers.
 
 use super::{
-    brute,
+    Passing, brute,
     bvh::OverScene,
     cost,
     shade::{Intersect, Limits, PixelSample, SecondaryRays, radiance_at},
@@ -37,7 +37,18 @@ impl Intersect for At<'_> {
     fn closest_hit(&mut self, ray: &Ray) -> SceneHit {
         match &mut self.bvh {
             Some(bvh) => bvh.closest_hit(ray),
-            None => at_level!(self.level, |simd| brute::closest(simd, self.scene, ray)),
+            None => at_level!(self.level, |simd| {
+                brute::closest(simd, self.scene, ray, Passing::CutOuts(self.scene))
+            }),
+        }
+    }
+
+    fn opaque_hit(&mut self, ray: &Ray) -> SceneHit {
+        match &mut self.bvh {
+            Some(bvh) => bvh.opaque_hit(ray),
+            None => at_level!(self.level, |simd| {
+                brute::closest(simd, self.scene, ray, Passing::NotOpaque(self.scene))
+            }),
         }
     }
 

@@ -5,10 +5,55 @@ use super::{
     surface::surface,
 };
 use crate::{
-    ray::Ray,
-    scene::{Crossing, Passage, RayCone, Scene},
+    ray::{Hit, Ray, SceneHit},
+    scene::{Crossing, Passage, RayCone, Scene, skipped},
     simd::Simd,
 };
+
+/// Returns the closest hit of a ray, an opaque surface before others in the same place; see [`skipped`].
+#[inline(always)]
+pub(super) fn opaque_first<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    intersect: &mut dyn Intersect,
+    ray: &Ray,
+) -> SceneHit {
+    let hit = intersect.closest_hit(ray);
+    if !hit.is_hit() || scene.is_opaque(hit.primitive, [hit.u, hit.v]) {
+        return hit;
+    }
+    in_place_of(simd, scene, intersect, ray, hit)
+}
+
+// Not inlined: see `follow`.
+#[inline(never)]
+fn in_place_of<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    intersect: &mut dyn Intersect,
+    ray: &Ray,
+    hit: SceneHit,
+) -> SceneHit {
+    let skipped = simd.call(
+        #[inline(always)]
+        || {
+            let s = surface(simd, scene, ray, &hit);
+            let at = (s.point, s.geometric_normal);
+            skipped(simd, ray, hit.t, at, s.magnitude * SURFACE_OFFSET)
+        },
+    );
+    let found = skipped.map_or(hit, |skipped| intersect.opaque_hit(&skipped));
+    if !found.is_hit() || found.primitive == hit.primitive {
+        return hit;
+    }
+    SceneHit {
+        hit: Hit {
+            t: hit.t,
+            ..found.hit
+        },
+        ..found
+    }
+}
 
 /// Returns the share of light that is left along a shadow ray, by channel; `None` if nothing is left.
 #[inline(always)]
@@ -37,7 +82,7 @@ fn follow<S: Simd>(simd: S, scene: &Scene, intersect: &mut dyn Intersect, ray: R
 fn cross_all<S: Simd>(simd: S, scene: &Scene, intersect: &mut dyn Intersect, ray: Ray) -> Option<[f32; 3]> {
     let (mut ray, mut passage) = (ray, Passage::along(&ray));
     while ray.t_max > 0.0 {
-        let hit = intersect.closest_hit(&ray);
+        let hit = opaque_first(simd, scene, intersect, &ray);
         if !hit.is_hit() {
             passage.arrive(scene, ray.t_max);
             break;

@@ -13,6 +13,7 @@
 use super::{
     Pixel, Settings,
     frame::{FrameContext, TileRect},
+    sums::{BLOCK, Samples, begins_block},
     tile::{PACKET, ROW},
 };
 use crate::{
@@ -86,6 +87,8 @@ pub(super) struct Neighborhood {
     stride: usize,
     /// Linear red, green and blue, and coverage.
     sums: [Vec<f32>; 4],
+    /// See [`Samples::blocks`]; empty if pixels have no more samples than a block.
+    blocks: Vec<[f64; 4]>,
     counts: Vec<u32>,
     /// How much each pixel and its neighbours differ.
     contrast: Vec<f32>,
@@ -99,21 +102,6 @@ struct Scratch {
     /// Extremes over each row and its neighbours, with one more entry at each end.
     low: Vec<f32>,
     high: Vec<f32>,
-}
-
-/// The samples of a pixel.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Samples {
-    /// Linear RGB and coverage.
-    pub sum: [f32; 4],
-    pub count: u32,
-}
-
-impl Samples {
-    /// Returns linear RGB and alpha.
-    pub fn mean(&self) -> [f32; 4] {
-        self.sum.map(|sum| sum / self.count as f32)
-    }
 }
 
 impl Neighborhood {
@@ -149,6 +137,10 @@ impl Neighborhood {
         };
         self.resize([self.area.width, self.area.height]);
         self.counts.fill(count);
+        self.blocks.clear();
+        if settings.samples > BLOCK {
+            self.blocks.resize(self.counts.len(), [0.0; 4]);
+        }
         self.area
     }
 
@@ -161,6 +153,7 @@ impl Neighborhood {
         let i = self.index(pixel);
         Samples {
             sum: self.sums.each_ref().map(|plane| plane[i]),
+            blocks: self.blocks.get(i).copied().unwrap_or_default(),
             count: self.counts[i],
         }
     }
@@ -172,6 +165,22 @@ impl Neighborhood {
             plane[i] = sum;
         }
         self.counts[i] = samples.count;
+        if let Some(blocks) = self.blocks.get_mut(i) {
+            *blocks = samples.blocks;
+        }
+    }
+
+    /// Replaces the samples of an absolute pixel by their mean, if they are more than a block.
+    pub fn average(&mut self, pixel: [u32; 2]) {
+        let samples = self.samples(pixel);
+        if samples.count > BLOCK {
+            let mean = Samples {
+                sum: samples.mean(),
+                count: 1,
+                ..Samples::default()
+            };
+            self.set(pixel, mean);
+        }
     }
 
     /// Sets the sums of the packet at column `x` and row `y` of the area.
@@ -226,7 +235,7 @@ impl Neighborhood {
     /// Adds samples of up to eight absolute pixels: colours, and coverage if there is any.
     #[inline(always)]
     pub fn add<S: Simd>(&mut self, simd: S, pixels: &[[u32; 2]], colors: &[[F32x8; 3]], alpha: &[F32x8]) {
-        let mut indices = [0; LANES];
+        let (mut indices, first) = ([0; LANES], self.counts[self.index(pixels[0])]);
         for (index, &pixel) in indices.iter_mut().zip(pixels) {
             *index = self.index(pixel);
             self.counts[*index] += colors.len() as u32;
@@ -238,14 +247,18 @@ impl Neighborhood {
                 *sum = plane[index];
             }
             let mut sum = simd.load(&sums);
-            if channel < 3 {
-                for color in colors {
-                    sum = sum + simd.load(&color[channel]);
+            let of_channel = |i: usize| match colors.get(i) {
+                Some(color) if channel < 3 => Some(&color[channel]),
+                _ => alpha.get(i),
+            };
+            for (i, color) in (0..colors.len()).map_while(|i| Some((i, of_channel(i)?))) {
+                if begins_block(first + i as u32) {
+                    for (sum, &index) in sum.to8().as_array().iter().zip(indices) {
+                        self.blocks[index][channel] += f64::from(*sum);
+                    }
+                    sum = simd.splat(0.0);
                 }
-            } else {
-                for alpha in alpha {
-                    sum = sum + simd.load(alpha);
-                }
+                sum = sum + simd.load(color);
             }
             for (sum, &index) in sum.to8().as_array().iter().zip(indices) {
                 plane[index] = *sum;
@@ -322,7 +335,12 @@ mod tests {
         let mut neighborhood = Neighborhood::default();
         for pixel in neighborhood.restart(tile, &settings, 4).each_pixel() {
             let sum = [0.0, grey(pixel) * 4.0, 0.0, 4.0];
-            neighborhood.set(pixel, Samples { sum, count: 4 });
+            let samples = Samples {
+                sum,
+                count: 4,
+                ..Samples::default()
+            };
+            neighborhood.set(pixel, samples);
         }
         neighborhood.compare();
         neighborhood

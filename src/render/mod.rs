@@ -11,6 +11,7 @@ mod png;
 mod renderer;
 mod sampling;
 mod scalar;
+mod sums;
 mod tile;
 mod transfer;
 

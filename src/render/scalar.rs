@@ -2,8 +2,9 @@
 
 use super::{
     Pixel, RayCounts,
-    adaptive::{Neighborhood, Samples},
+    adaptive::Neighborhood,
     frame::{FrameContext, TileRect},
+    sums::Samples,
 };
 use crate::{
     reference::{
@@ -82,6 +83,7 @@ impl ScalarTile<'_> {
                 let mut samples = neighborhood.samples(pixel);
                 self.add_samples(pixel, settings.samples, &mut samples);
                 neighborhood.set(pixel, samples);
+                neighborhood.average(pixel);
             }
         }
         at_level!(settings.level, |simd| neighborhood.store(
@@ -112,7 +114,7 @@ impl ScalarTile<'_> {
             .skip(samples.count as usize)
         {
             self.camera_rays += 1;
-            samples.count += 1;
+            samples.begin();
             let ray = at_level!(settings.level, |simd| camera_rays.ray(simd, pixel, sample));
             if self.transparent && !self.intersect.closest_hit(&ray).is_hit() {
                 continue;
@@ -123,7 +125,7 @@ impl ScalarTile<'_> {
                 count: settings.samples,
                 cone: camera_rays.cone(),
             };
-            let (color, alpha) = radiance_at(
+            let ([r, g, b], alpha) = radiance_at(
                 settings.level,
                 scene,
                 &mut self.intersect,
@@ -131,9 +133,7 @@ impl ScalarTile<'_> {
                 limits,
                 &mut self.rays,
             );
-            for (sum, c) in samples.sum.iter_mut().zip(color.into_iter().chain([alpha])) {
-                *sum += c;
-            }
+            samples.add([r, g, b, alpha]);
         }
     }
 }

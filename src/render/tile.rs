@@ -6,6 +6,7 @@ use super::{
     Pixel, RayCounts, TileTimes,
     adaptive::Neighborhood,
     frame::{FrameContext, TileRect},
+    sums::{BLOCK, Blocks, Samples, begins_block},
 };
 use crate::{
     accel::Bvh,
@@ -31,6 +32,7 @@ pub(super) struct TileScratch<'a> {
     rays: RayQueue,
     sample: TileColors,
     sum: TileColors,
+    blocks: Blocks,
     /// For adaptive pictures.
     neighborhood: Neighborhood,
     /// The absolute pixels that take more samples.
@@ -52,6 +54,7 @@ impl<'a> TileScratch<'a> {
             rays: RayQueue::default(),
             sample: TileColors::default(),
             sum: TileColors::default(),
+            blocks: Blocks::default(),
             neighborhood: Neighborhood::default(),
             refined: Vec::with_capacity((width * height) as usize),
             packets,
@@ -86,15 +89,10 @@ impl<'a> TileScratch<'a> {
             }
             _ => {
                 let tile_start = Instant::now();
-                self.sum_samples(context, rect, may_hit, P::HAS_ALPHA, &mut times);
+                let divisor = self.sum_samples(context, rect, may_hit, P::HAS_ALPHA, &mut times);
                 let start = Instant::now();
-                at_level!(settings.level, |simd| self.store(
-                    simd,
-                    rect,
-                    settings.samples,
-                    row_length,
-                    band
-                ));
+                at_level!(settings.level, |simd| self
+                    .store(simd, rect, divisor, row_length, band));
                 times.film = start.elapsed();
                 self.end(tile_start, &mut times);
             }
@@ -144,7 +142,7 @@ impl<'a> TileScratch<'a> {
         })
     }
 
-    /// Sums the samples that every pixel takes.
+    /// Sums the samples that every pixel takes. Returns the divisor of the sums.
     fn sum_samples(
         &mut self,
         context: &FrameContext<'_>,
@@ -152,13 +150,15 @@ impl<'a> TileScratch<'a> {
         may_hit: bool,
         transparent: bool,
         times: &mut TileTimes,
-    ) {
+    ) -> u32 {
         let &FrameContext { scene, settings, .. } = context;
+        self.blocks.restart();
         if scene.is_sampled() && may_hit {
             self.set_pixels(context, rect);
         }
-        let first_samples = context.first_samples() as usize;
-        for sample in context.camera_rays.samples().take(first_samples) {
+        let count = context.first_samples();
+        let samples = context.camera_rays.samples().take(count as usize);
+        for (i, sample) in (0..).zip(samples) {
             if may_hit {
                 let start = Instant::now();
                 generate_rays(context, rect, sample, &mut self.rays);
@@ -170,12 +170,16 @@ impl<'a> TileScratch<'a> {
                     simd, context, rect, sample, colors
                 ));
             }
-            if sample == [0, 0] {
+            if begins_block(i) {
+                self.blocks.add(&self.sum);
+            }
+            if i.is_multiple_of(BLOCK) {
                 std::mem::swap(&mut self.sum, &mut self.sample);
             } else {
                 at_level!(settings.level, |simd| self.sum.add_all(simd, &self.sample));
             }
         }
+        self.blocks.finish(&mut self.sum, count)
     }
 
     /// Traces and shades the camera rays of the queue; `sample` is added to the indices of the pixels' first points.
@@ -207,11 +211,12 @@ impl<'a> TileScratch<'a> {
         &self,
         simd: S,
         rect: TileRect,
-        samples: u32,
+        divisor: u32,
         row_length: usize,
         band: &mut [P],
     ) {
-        let divisor = simd.splat(samples as f32);
+        let is_mean = divisor == 1;
+        let divisor = simd.splat(divisor as f32);
         let mut sums = self.sum.packets.iter();
         let mut alphas = self.sum.alpha.iter();
         for_each_packet(
@@ -222,7 +227,7 @@ impl<'a> TileScratch<'a> {
                 let Some([r, g, b]) = sums.next() else { return };
                 let mut average = [simd.load(r), simd.load(g), simd.load(b), simd.splat(1.0)];
                 // Dividing by 1 changes nothing.
-                if samples != 1 {
+                if !is_mean {
                     for channel in &mut average[..3] {
                         *channel = *channel / divisor;
                     }
@@ -308,8 +313,12 @@ fn constant_background<P: Pixel>(scene: &Scene) -> Option<[f32; 4]> {
 
 /// Fills the tile with the average of `samples` samples of one colour, summed as other samples are.
 fn fill<P: Pixel>(color: [f32; 4], samples: u32, rect: TileRect, row_length: usize, band: &mut [P]) {
-    let average = color.map(|c| (1..samples).fold(c, |sum, _| sum + c) / samples as f32);
-    let pixels = P::from_lanes(Portable, average.map(|c| Portable.splat(c)));
+    let mut all = Samples::default();
+    for _ in 0..samples {
+        all.begin();
+        all.add(color);
+    }
+    let pixels = P::from_lanes(Portable, all.mean().map(|c| Portable.splat(c)));
     for row in band.chunks_mut(row_length).take(rect.height as usize) {
         let (eights, rest) = row[rect.x as usize..][..rect.width as usize].as_chunks_mut::<LANES>();
         eights.fill(pixels);

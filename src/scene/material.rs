@@ -201,7 +201,7 @@ pub(super) fn check_share(what: &'static str, value: f32) -> Result<(), SceneErr
     check_range(what, value, (0.0, 1.0))
 }
 
-fn check_range(what: &'static str, value: f32, range: (f32, f32)) -> Result<(), SceneError> {
+pub(super) fn check_range(what: &'static str, value: f32, range: (f32, f32)) -> Result<(), SceneError> {
     if (range.0..=range.1).contains(&value) {
         Ok(())
     } else {

@@ -110,6 +110,11 @@ impl Scene {
         self.is_glass(id) || textures.is_some_and(SurfaceTextures::lets_rays_pass)
     }
 
+    /// Returns whether all rays stop at the surface there, and all light.
+    pub(crate) fn is_opaque(&self, id: PrimitiveId, weights: [f32; 2]) -> bool {
+        !self.is_glass(id) && self.opacity(id, weights) >= 1.0 && !self.is_cut_out(id, weights)
+    }
+
     fn is_less_opaque(&self, id: PrimitiveId, weights: [f32; 2], limit: impl Fn(&Opacity) -> f32) -> bool {
         if !self.lets_rays_pass(id) {
             return false;

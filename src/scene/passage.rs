@@ -3,6 +3,7 @@
 
 use super::{Material, MaterialId, Scene};
 use crate::{
+    math::min,
     ray::{Hit, PrimitiveId, Ray, T_MAX},
     simd::Simd,
 };
@@ -13,6 +14,9 @@ const LEAST: f32 = 1.0 / 512.0;
 
 /// The most surfaces that light passes; the next one is opaque.
 const MOST_SURFACES: u8 = 64;
+
+/// Length of [`skipped`] in offsets: one before the surface, one behind it, and one for rounding.
+const SKIPPED: f32 = 3.0;
 
 /// The least cosine between light and a normal.
 const MIN_COSINE: f32 = 1e-6;
@@ -151,6 +155,26 @@ impl Passage {
     }
 }
 
+/// Returns the short ray through what a ray skips that passes a surface at `t`, since it continues at an offset behind the
+/// surface. An opaque surface there is hit first, so that no light leaks past it. `None` if the ray starts or ends there:
+/// then the surface that it leaves or reaches may be the opaque one. Both modes call it.
+#[inline(always)]
+pub(crate) fn skipped<S: Simd>(
+    simd: S,
+    ray: &Ray,
+    t: f32,
+    (point, normal): (Vec3, Vec3),
+    offset: f32,
+) -> Option<Ray> {
+    let along_ray = min(t, ray.t_max - t);
+    let is_apart = -simd.dot(ray.direction, normal) * along_ray > offset;
+    is_apart.then(|| Ray {
+        origin: simd.mul_add3(normal, offset, point),
+        direction: -normal,
+        t_max: offset * SKIPPED,
+    })
+}
+
 impl Scene {
     /// Returns whether a material is glass.
     #[must_use]
@@ -167,10 +191,20 @@ impl Scene {
             )
     }
 
-    /// Returns whether a primitive stops all light.
-    pub(crate) fn blocks_light(&self, id: PrimitiveId) -> bool {
-        let textures = self.textures_of(id);
-        !self.is_glass(id) && textures.is_none_or(|textures| textures.opacity.is_none())
+    /// Returns whether a material is opaque anywhere.
+    pub(crate) fn may_be_opaque(&self, id: MaterialId) -> bool {
+        let opacity = self.textures(id).and_then(|textures| textures.opacity);
+        let is_dim = opacity.is_some_and(|opacity| opacity.factor < 1.0);
+        !is_dim && !matches!(self.materials()[id.0 as usize], Material::Glass { .. })
+    }
+
+    /// Returns whether light may pass a material.
+    pub(crate) fn passes_light(&self, id: MaterialId) -> bool {
+        let is_glass = matches!(self.materials()[id.0 as usize], Material::Glass { .. });
+        is_glass
+            || self
+                .textures(id)
+                .is_some_and(|textures| textures.opacity.is_some())
     }
 
     /// Returns whether light may pass some surfaces in part.

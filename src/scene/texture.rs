@@ -1,11 +1,14 @@
 //! Textures of triangles: base colour, emission, opacity and cut-outs.
 
-use super::{Checker, Image, MaterialId, Opacity, Primitive, Scene, Texture, material::check_color};
+use super::{Checker, Image, MaterialId, Opacity, Primitive, Scene, Texture, material::check_range};
 use crate::{
     error::SceneError,
     ray::{PrimitiveId, SceneHit},
 };
 use glam::{DVec3, Vec3};
+
+/// The strongest emission, so that sums of samples stay finite.
+pub const MAX_EMISSION: f32 = 1e6;
 
 /// The textures of a material, and the light that it emits.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -18,7 +21,8 @@ pub struct SurfaceTextures {
     pub cut_out: Option<CutOut>,
     /// Opacity outside of cut-outs; `None` for glass.
     pub opacity: Option<Opacity>,
-    /// Emitted light, linear RGB from 0 to 1. It does not light other surfaces.
+    /// Emitted light, linear RGB from 0 to [`MAX_EMISSION`]. It does not light other surfaces. Pictures of bytes show up to
+    /// 1, but mirrors, glass and half-transparent surfaces dim it first.
     pub emission: [f32; 3],
     /// Multiplies the emission.
     pub emission_map: Option<Texture>,
@@ -91,7 +95,9 @@ impl SurfaceTextures {
 
     /// Rejects constants out of range and missing images.
     pub(super) fn check(&self, images: usize) -> Result<(), SceneError> {
-        check_color(self.emission)?;
+        for channel in self.emission {
+            check_range("emission", channel, (0.0, MAX_EMISSION))?;
+        }
         if let Some(checker) = self.checker {
             checker.check()?;
         }

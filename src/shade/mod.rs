@@ -283,7 +283,7 @@ impl Shader {
             at_level!(level, |simd| coverage(simd, hits, &mut colors.alpha));
         }
         self.found
-            .gather(scene, (level, settings.cone), (rays, transparent), colors);
+            .gather(scene, (tracer, settings.cone), (rays, transparent), colors);
         if scene.has_blending() {
             blend::weigh(scene, rays, &mut self.found, &mut colors.alpha);
         }

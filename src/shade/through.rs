@@ -100,7 +100,7 @@ impl Through {
                 let passage = &mut self.passages[i / LANES][i % LANES];
                 if t_max > 0.0 && !hit.is_hit() {
                     passage.arrive(scene, t_max);
-                } else if hit.is_hit() && scene.blocks_light(hit.primitive) {
+                } else if hit.is_hit() && !scene.passes_light(scene.material_of(hit.primitive)) {
                     // Nothing of the surface matters.
                     passage.left = [0.0; 3];
                     hits.set_hit(lane, &Hit::miss(t_max));
@@ -112,7 +112,7 @@ impl Through {
         let (level, no_cone) = (tracer.level(), RayCone::default());
         let queue = (&self.rays, true);
         self.found
-            .gather(scene, (level, no_cone), queue, &mut self.colors);
+            .gather(scene, (tracer, no_cone), queue, &mut self.colors);
         at_level!(level, |simd| self.go_on(simd, scene));
         std::mem::swap(&mut self.rays, &mut self.next);
     }

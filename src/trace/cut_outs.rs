@@ -22,7 +22,32 @@ impl<'a> Tracer<'a> {
     /// As [`through_cut_outs`](Self::through_cut_outs), for the BVH of a prototype as well.
     pub(super) fn pass_cut_outs(mut self, scene: &'a Scene) -> Self {
         self.cut_outs = scene.has_cut_outs().then_some(scene);
+        self.dimming = scene.dims_light().then_some(scene);
         self
+    }
+
+    /// As [`closest_hit`](Self::closest_hit), on opaque surfaces only, one ray at a time: for short rays.
+    pub(crate) fn opaque_hit(&mut self, origins: Origins<'_>, rays: &[RayPacket], hits: &mut [HitPacket]) {
+        self.stopping_only_where_opaque(true);
+        self.closest_hit(origins, rays, hits);
+        self.stopping_only_where_opaque(false);
+    }
+
+    /// Lets rays pass all surfaces that are not opaque; or no longer.
+    pub(super) fn stopping_only_where_opaque(&mut self, stops: bool) {
+        self.stops_only_where_opaque = stops;
+        if let Some(instances) = &mut self.instances {
+            instances.stop_only_where_opaque(stops);
+        }
+    }
+
+    /// Whether rays other than occlusion rays pass a primitive.
+    pub(super) fn passes(&self, id: PrimitiveId, weights: [f32; 2]) -> bool {
+        if self.stops_only_where_opaque {
+            self.dimming.is_some_and(|scene| !scene.is_opaque(id, weights))
+        } else {
+            self.cut_outs.is_some_and(|scene| scene.is_cut_out(id, weights))
+        }
     }
 
     /// Lets occlusion rays pass only where surfaces are cut out, not where their opacity is low; or no longer.
@@ -45,27 +70,35 @@ impl<'a> Tracer<'a> {
     }
 
     /// Replaces the hits in cut-outs.
-    pub(super) fn pass_closest(
-        &self,
-        scene: &Scene,
-        origins: Origins<'_>,
-        rays: &[RayPacket],
-        hits: &mut [HitPacket],
-    ) {
+    pub(super) fn pass_closest(&self, origins: Origins<'_>, rays: &[RayPacket], hits: &mut [HitPacket]) {
         for (p, hits) in hits.iter_mut().enumerate() {
             for lane in 0..LANES {
                 let hit = hits.hit(lane);
-                if hit.is_hit() && !counts(scene, &hit) {
-                    let ray = ray(origins, rays, p, lane);
-                    let mut closest = Closest {
-                        scene,
-                        best: Hit::miss(ray.t_max),
-                    };
-                    visit(self.level, self.bvh, &ray, &mut closest);
-                    hits.set_hit(lane, &closest.best);
+                if hit.is_hit() && self.passes(hit.primitive, [hit.u, hit.v]) {
+                    hits.set_hit(lane, &self.visit_closest(&ray(origins, rays, p, lane)));
                 }
             }
         }
+    }
+
+    /// The hits of all rays, found one at a time.
+    pub(super) fn visit_all(&self, origins: Origins<'_>, rays: &[RayPacket], hits: &mut [HitPacket]) {
+        for (p, hits) in hits.iter_mut().enumerate() {
+            for lane in 0..LANES {
+                hits.set_hit(lane, &self.visit_closest(&ray(origins, rays, p, lane)));
+            }
+        }
+    }
+
+    fn visit_closest(&self, ray: &Ray) -> Hit {
+        let mut closest = Closest {
+            passes: |hit: &Hit| self.passes(hit.primitive, [hit.u, hit.v]),
+            best: Hit::miss(ray.t_max),
+        };
+        if ray.t_max > 0.0 {
+            visit(self.level, self.bvh, ray, &mut closest);
+        }
+        closest.best
     }
 
     /// Unblocks the rays that hit only cut-outs and surfaces that let light pass. Cost: docs/lab-notes.md#cut-outs
@@ -91,10 +124,6 @@ impl<'a> Tracer<'a> {
     }
 }
 
-fn counts(scene: &Scene, hit: &Hit) -> bool {
-    !scene.is_cut_out(hit.primitive, [hit.u, hit.v])
-}
-
 pub(super) fn ray(origins: Origins<'_>, rays: &[RayPacket], p: usize, lane: usize) -> Ray {
     let origin = match origins {
         Origins::Shared(origin) => origin,
@@ -103,13 +132,14 @@ pub(super) fn ray(origins: Origins<'_>, rays: &[RayPacket], p: usize, lane: usiz
     rays[p].ray(lane, origin)
 }
 
-/// The closest hit outside cut-outs; of equally near ones, the one with the lowest id.
-pub(super) struct Closest<'a> {
-    pub scene: &'a Scene,
-    pub best: Hit,
+/// The closest hit; of equally near ones, the one with the lowest id.
+struct Closest<P> {
+    /// Whether the ray passes a surface.
+    passes: P,
+    best: Hit,
 }
 
-impl HitSink for Closest<'_> {
+impl<P: Fn(&Hit) -> bool> HitSink for Closest<P> {
     #[inline(always)]
     fn end(&self) -> f32 {
         self.best.t
@@ -119,7 +149,7 @@ impl HitSink for Closest<'_> {
     fn take(&mut self, found: Found) {
         if self.best.loses_to(found.t, found.primitive) {
             let hit = found.hit();
-            if counts(self.scene, &hit) {
+            if !(self.passes)(&hit) {
                 self.best = hit;
             }
         }
@@ -127,11 +157,11 @@ impl HitSink for Closest<'_> {
 }
 
 /// Whether anything that stops light is hit.
-pub(super) struct Any<P> {
+struct Any<P> {
     /// Whether light passes a surface.
-    pub passes: P,
-    pub end: f32,
-    pub is_hit: bool,
+    passes: P,
+    end: f32,
+    is_hit: bool,
 }
 
 impl<P: Fn(&Hit) -> bool> HitSink for Any<P> {

@@ -177,6 +177,11 @@ impl<'a> Instances<'a> {
         self.nested.stopping_where_dimmed(stops);
     }
 
+    /// See [`Tracer::opaque_hit`].
+    pub fn stop_only_where_opaque(&mut self, stops: bool) {
+        self.nested.stopping_only_where_opaque(stops);
+    }
+
     /// Replaces hits that are behind an instance.
     #[inline(always)]
     pub fn closest<S: Simd>(

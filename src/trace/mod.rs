@@ -24,6 +24,7 @@ mod frustum;
 mod group;
 mod instances;
 mod leaf;
+mod nearby;
 mod order;
 mod origins;
 mod pairs;
@@ -80,8 +81,12 @@ pub struct Tracer<'a> {
     bvh: &'a Bvh,
     /// The scene, if parts of its surfaces are cut out.
     cut_outs: Option<&'a Scene>,
+    /// The scene, if light passes some surfaces in part.
+    dimming: Option<&'a Scene>,
     /// See [`Self::stopping_where_dimmed`].
     stops_where_dimmed: bool,
+    /// See [`Self::opaque_hit`].
+    stops_only_where_opaque: bool,
     instances: Option<Box<Instances<'a>>>,
     /// Infinite planes, and the id of the first.
     planes: &'a [Plane],
@@ -113,7 +118,9 @@ impl<'a> Tracer<'a> {
         Self {
             bvh,
             cut_outs: None,
+            dimming: None,
             stops_where_dimmed: false,
+            stops_only_where_opaque: false,
             instances: None,
             planes: &[],
             first_plane: PrimitiveId::NONE,
@@ -163,12 +170,16 @@ impl<'a> Tracer<'a> {
     /// If `rays` and `hits`, or separate origins, differ in length.
     pub fn closest_hit(&mut self, origins: Origins<'_>, rays: &[RayPacket], hits: &mut [HitPacket]) {
         assert_eq!(rays.len(), hits.len(), "a hit packet for each ray packet");
-        match self.start_at(origins, rays) {
-            None => self.dispatch::<_, Shared, false>(rays, &[], &mut *hits),
-            Some(origins) => self.dispatch::<_, Separate, false>(rays, origins, &mut *hits),
-        }
-        if let Some(scene) = self.cut_outs.filter(|scene| scene.has_holes()) {
-            self.pass_closest(scene, origins, rays, hits);
+        if self.stops_only_where_opaque {
+            self.visit_all(origins, rays, hits);
+        } else {
+            match self.start_at(origins, rays) {
+                None => self.dispatch::<_, Shared, false>(rays, &[], &mut *hits),
+                Some(origins) => self.dispatch::<_, Separate, false>(rays, origins, &mut *hits),
+            }
+            if self.cut_outs.is_some_and(Scene::has_holes) {
+                self.pass_closest(origins, rays, hits);
+            }
         }
         let level = self.level;
         if let Some(instances) = &mut self.instances {

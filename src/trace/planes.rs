@@ -35,10 +35,8 @@ impl<'a> Tracer<'a> {
         })
     }
 
-    /// Whether rays pass plane `i` because it is not opaque enough.
-    fn is_missing(&self, i: u32, passes: impl Fn(&Scene, PrimitiveId, [f32; 2]) -> bool) -> bool {
-        let id = PrimitiveId(self.first_plane.0 + i);
-        self.cut_outs.is_some_and(|scene| passes(scene, id, [0.0; 2]))
+    fn plane_id(&self, i: u32) -> PrimitiveId {
+        PrimitiveId(self.first_plane.0 + i)
     }
 
     /// Replaces hits that are behind a plane. At equal distances primitives win, because their ids are lower.
@@ -54,7 +52,7 @@ impl<'a> Tracer<'a> {
             let ray = ray(simd, origins, rays, p);
             let usable = simd.load(&rays[p].t_max).le(simd.splat(T_MAX));
             for (i, plane) in (0..).zip(self.planes) {
-                if self.is_missing(i, Scene::is_cut_out) {
+                if self.passes(self.plane_id(i), [0.0; 2]) {
                     continue;
                 }
                 let best = simd.load(&hits.t);
@@ -71,7 +69,7 @@ impl<'a> Tracer<'a> {
                 }
                 for (lane, id) in hits.primitive.iter_mut().enumerate() {
                     if bits >> lane & 1 == 1 {
-                        *id = PrimitiveId(self.first_plane.0 + i).0;
+                        *id = self.first_plane.0 + i;
                     }
                 }
                 if let Some(instances) = &mut self.instances {
@@ -94,7 +92,8 @@ impl<'a> Tracer<'a> {
             let ray = ray(simd, origins, rays, p);
             let end = simd.load(&rays[p].t_max);
             for (i, plane) in (0..).zip(self.planes) {
-                if self.is_missing(i, |scene, id, at| self.lets_light_pass(scene, id, at)) {
+                let lets_pass = |scene| self.lets_light_pass(scene, self.plane_id(i), [0.0; 2]);
+                if self.cut_outs.is_some_and(lets_pass) {
                     continue;
                 }
                 let (hit, t) = plane_hits(surface(simd, plane), ray);

@@ -282,6 +282,10 @@ impl Intersect for EveryPrimitive<'_> {
         brute::closest_hit(self.scene, ray)
     }
 
+    fn opaque_hit(&mut self, ray: &Ray) -> SceneHit {
+        brute::opaque_hit(self.scene, ray)
+    }
+
     fn occluded(&mut self, ray: &Ray) -> bool {
         self.is_stopped() || brute::occluded(self.scene, ray)
     }

@@ -99,6 +99,25 @@ fn where_everything_differs_it_is_every_sample() {
     }
 }
 
+/// From 256 samples on, sums of blocks are kept.
+#[test]
+fn many_samples_are_the_same_in_both_modes() {
+    let scene = shipped_scene("evening");
+    let camera = Camera::classic_view(1).expect("views are 1 to 6");
+    for adaptive in [false, true] {
+        let [packet, scalar] = [Mode::Packet, Mode::Scalar].map(|mode| {
+            let settings = Settings {
+                width: 9,
+                height: 5,
+                mode,
+                ..settings(600, adaptive)
+            };
+            frame(&scene, &camera, &settings).film
+        });
+        assert!(packet == scalar, "adaptive: {adaptive}");
+    }
+}
+
 /// With point lights, a pixel has its first sample's value or that of all samples.
 #[test]
 fn pixels_have_one_sample_or_all() {

@@ -159,6 +159,23 @@ fn half_a_mirror() {
     assert_near(below(builder, 2)[0], expected, 1e-6);
 }
 
+/// Light above 1 is dimmed before anything clamps it.
+#[test]
+fn bright_light_behind_a_pane() {
+    let (mut builder, _) = under(WHITE, Material::GLASS);
+    pane(&mut builder, 1.0, [0.0; 3], 0.75);
+    let textures = SurfaceTextures {
+        emission: [8.0, 2.0, 0.0],
+        ..SurfaceTextures::NONE
+    };
+    let black = Material::Silhouette { color: [0.0; 3] };
+    let lamp = builder.add_textured_material(black, textures).unwrap();
+    surface(&mut builder, 0.0, true, lamp);
+    for (found, expected) in below(builder, 1).into_iter().zip([2.0, 0.5, 0.0]) {
+        assert_near(found, expected, 1e-6);
+    }
+}
+
 /// What is left of the light of a lamp straight above a floor, whichever way its shadow rays run, by channel.
 fn left(bodies: impl Fn(&mut SceneBuilder)) -> [f64; 3] {
     let of_lamp = |light: Light| {
@@ -187,7 +204,7 @@ fn left(bodies: impl Fn(&mut SceneBuilder)) -> [f64; 3] {
     from_light
 }
 
-fn assert_left(expected: [f64; 3], bodies: impl Fn(&mut SceneBuilder)) {
+pub fn assert_left(expected: [f64; 3], bodies: impl Fn(&mut SceneBuilder)) {
     for (found, expected) in left(bodies).into_iter().zip(expected) {
         assert_near(found, expected, 1e-5);
     }

@@ -378,6 +378,10 @@ impl Intersect for Brute<'_> {
         brute::closest_hit(self.0, ray)
     }
 
+    fn opaque_hit(&mut self, ray: &Ray) -> SceneHit {
+        brute::opaque_hit(self.0, ray)
+    }
+
     fn occluded(&mut self, ray: &Ray) -> bool {
         brute::occluded(self.0, ray)
     }

@@ -15,6 +15,7 @@ mod build;
 mod cameras;
 mod classic_files;
 mod classic_images;
+mod coincident;
 mod documents;
 mod errors;
 mod generated_files;

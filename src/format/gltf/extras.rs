@@ -89,9 +89,6 @@ pub(super) fn left_out(root: &Root, is_cloud: bool) -> LeftOut {
     if primitives().any(|p| p.attributes.contains_key(&Checked::Invalid)) {
         left_out.add("custom attributes of vertices");
     }
-    if root.materials.iter().any(has_bright_map) {
-        left_out.add("emission above 1 of textures");
-    }
     left_out.count(root.scenes.len().saturating_sub(1), "other scene", "other scenes");
     let is_listed = |name: &&str| !NOT_LISTED.iter().any(|known| name.starts_with(known));
     let used = root.extensions_used.iter().map(String::as_str);
@@ -116,21 +113,6 @@ fn has_vertex_alpha(root: &Root, primitive: &Primitive) -> bool {
         .is_some_and(|accessor| accessor.type_ == Checked::Valid(Type::Vec4));
     let material = primitive.material.and_then(|i| root.materials.get(i.value()));
     has_alpha && material.is_some_and(|material| material.alpha_mode != Checked::Valid(AlphaMode::Opaque))
-}
-
-/// Whether the factor of an emission texture is above 1.
-fn has_bright_map(material: &Material) -> bool {
-    let extensions = material.extensions.as_ref();
-    let strength = extensions.and_then(|extensions| extensions.emissive_strength.as_ref());
-    let is_bright = |strength: f32| {
-        material
-            .emissive_factor
-            .0
-            .iter()
-            .any(|factor| factor * strength > 1.0)
-    };
-    material.emissive_texture.is_some()
-        && strength.is_some_and(|strength| is_bright(strength.emissive_strength.0))
 }
 
 fn has_gloss_map(material: &Material) -> bool {

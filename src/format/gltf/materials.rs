@@ -4,7 +4,7 @@ use super::transmission::Through;
 use crate::{
     format::mesh::Surface,
     math::srgb,
-    scene::{CutOut, Opacity, SurfaceTextures, Texture, Wrap},
+    scene::{CutOut, MAX_EMISSION, Opacity, SurfaceTextures, Texture, Wrap},
 };
 use gltf::{
     json::{self, Root},
@@ -193,7 +193,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
         let strength = material.emissive_strength().unwrap_or(1.0);
         material
             .emissive_factor()
-            .map(|factor| display_value(factor * strength))
+            .map(|factor| display_emission(factor * strength))
     };
     let (cut_out, opacity) = coverage(material, alpha, base.texture, through);
     let mut diffuse = [red, green, blue].map(display_value);
@@ -275,4 +275,12 @@ fn tinted(color: [f32; 3], by: [f32; 3]) -> [f32; 3] {
 
 pub(super) fn display_value(linear: f32) -> f32 {
     srgb::encode(linear.clamp(0.0, 1.0).into()) as f32
+}
+
+/// The most light of an emission.
+const MOST_EMISSION: f32 = 0.1 * MAX_EMISSION;
+
+/// The display value of an emission, above 1 if it is brighter than white.
+fn display_emission(linear: f32) -> f32 {
+    srgb::encode(linear.clamp(0.0, MOST_EMISSION).into()) as f32
 }

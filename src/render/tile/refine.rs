@@ -107,6 +107,9 @@ impl TileScratch<'_> {
                 let samples = sample..all.min(sample.saturating_add(samples_at_once));
                 self.add_samples(context, (pixels, samples), transparent, times);
             }
+            for &pixel in pixels {
+                self.neighborhood.average(pixel);
+            }
         }
         let count = refined.len() as u64 * u64::from(all - first);
         self.refined = refined;
