@@ -55,7 +55,7 @@ fn animations_have_the_frames_of_the_turntable() {
         assert!(largest_difference(found, expected) <= 24);
     }
     let bytes = fs::read(folder.path("f.y4m")).expect("an animation");
-    let header = b"YUV4MPEG2 W24 H16 F10:1 Ip A1:1 C444\n";
+    let header = b"YUV4MPEG2 W24 H16 F10:1 Ip A1:1 C444 Xoctray\n";
     assert!(bytes.starts_with(header));
     let frame = "FRAME\n".len() + 3 * 24 * 16;
     assert_eq!(bytes.len(), header.len() + 5 * frame);

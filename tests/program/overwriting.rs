@@ -23,7 +23,7 @@ pub fn replaces(folder: &Folder, file: &str, arguments: &str) {
     let before = read(folder, file);
     folder.run_line(&format!("{arguments} {SMALL}")).succeeded();
     assert!(read(folder, file) != before, "{arguments}");
-    if let Some("png" | "exr") = file.rsplit('.').next() {
+    if !file.ends_with(".y4m") && !file.ends_with(".json") {
         image::open(folder.path(file)).unwrap();
     }
 }
@@ -80,7 +80,7 @@ fn a_derived_name_replaces_only_pictures_of_octray() {
 }
 
 #[test]
-fn other_formats_need_force() {
+fn every_format_but_qoi_has_a_mark() {
     let folder = Folder::new();
     for aovs in ["", " --aov depth,normal,albedo,id,heat"] {
         folder
@@ -91,21 +91,39 @@ fn other_formats_need_force() {
         replaces(&folder, "a.exr", &format!("{transparent}{aovs}"));
         fs::remove_file(folder.path("a.exr")).unwrap();
     }
-    for name in ["a.ppm", "a.qoi", "a.jpg", "a.bmp", "a.tiff"] {
-        let pattern = name.replacen('a', "{stem}", 1);
-        folder
-            .run_line(&format!("a.scn -o {pattern} {SMALL}"))
-            .succeeded();
-        keeps(
-            &folder,
-            name,
-            &format!("a.scn -o {pattern} --view 2"),
-            1,
-            "--force",
-        );
-        replaces(&folder, name, &format!("a.scn -o {pattern} --view 2 --force"));
-        replaces(&folder, name, &format!("a.scn -o {name} --view 3"));
+    let still = ["ppm", "jpg", "bmp", "tiff"].map(|extension| (extension, ""));
+    let moving = ["gif", "apng", "y4m"].map(|extension| (extension, " --turntable=2"));
+    for (extension, turntable) in still.into_iter().chain(moving) {
+        let name = &format!("a.{extension}");
+        let call = |view: u32| format!("a.scn -o {{stem}}.{extension}{turntable} --view {view}");
+        folder.run_line(&format!("{} {SMALL}", call(1))).succeeded();
+        replaces(&folder, name, &call(2));
+        if extension == "tiff" {
+            replaces(&folder, name, &format!("{} --background transparent", call(3)));
+            replaces(&folder, name, &call(2));
+        }
+        if turntable.is_empty() {
+            replaces(&folder, name, &format!("{} --crop 0,0,12,8", call(3)));
+            replaces(&folder, name, &call(2));
+            // As another program writes it.
+            image::open(folder.path(name))
+                .unwrap()
+                .save(folder.path(name))
+                .unwrap();
+        } else {
+            let mut bytes = read(&folder, name);
+            let mark = bytes.windows(6).position(|bytes| bytes == b"octray").unwrap();
+            bytes[mark..mark + 6].copy_from_slice(b"others");
+            fs::write(folder.path(name), bytes).unwrap();
+        }
+        keeps(&folder, name, &call(3), 1, FOREIGN);
+        replaces(&folder, name, &format!("{} --force", call(3)));
+        replaces(&folder, name, &call(2).replace("{stem}", "a"));
     }
+    folder.run_line(&format!("a.scn -o a.qoi {SMALL}")).succeeded();
+    let why = "may be another program's (QOI files do not say who wrote them); name another file with -o or replace it with --force";
+    keeps(&folder, "a.qoi", "a.scn -o {stem}.qoi --view 2", 1, why);
+    replaces(&folder, "a.qoi", "a.scn -o {stem}.qoi --view 2 --force");
 }
 
 #[test]

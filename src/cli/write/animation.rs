@@ -3,6 +3,7 @@
 
 use super::{
     encode::Format,
+    mark::{GIF_END, Y4M_COMMENT},
     output::{Opened, Output},
     picture::Picture,
 };
@@ -74,7 +75,7 @@ impl<'a> Animation<'a> {
             }
             _ => {
                 let [width, height] = size;
-                let header = format!("YUV4MPEG2 W{width} H{height} F{fps}:1 Ip A1:1 C444\n");
+                let header = format!("YUV4MPEG2 W{width} H{height} F{fps}:1 Ip A1:1 C444{Y4M_COMMENT}");
                 written.0.borrow_mut().extend(header.into_bytes());
                 Encoder::Y4m
             }
@@ -118,8 +119,13 @@ impl<'a> Animation<'a> {
     /// [`CliError`].
     pub fn finish(mut self) -> Result<(), CliError> {
         match std::mem::replace(&mut self.encoder, Encoder::Y4m) {
-            // Its last byte is written when it is dropped.
-            Encoder::Gif(encoder, ..) => drop(encoder),
+            Encoder::Gif(encoder, ..) => {
+                // Its last byte is written when it is dropped: the end, which the mark has, too.
+                drop(encoder);
+                let mut written = self.written.0.borrow_mut();
+                written.pop();
+                written.extend(GIF_END);
+            }
             Encoder::Png(writer) => writer.finish().map_err(failed)?,
             Encoder::Y4m => {}
         }

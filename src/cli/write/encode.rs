@@ -2,10 +2,15 @@
 
 use super::{
     exr_layers,
+    mark::add_mark,
     picture::{Picture, Pixels},
     place::{PNG_KEYWORD, Place},
 };
-use crate::{cli::CliError, error::clip_path, render::write_png};
+use crate::{
+    cli::CliError,
+    error::clip_path,
+    render::{SOFTWARE, write_png},
+};
 use image::{
     ExtendedColorType, ImageEncoder, ImageError, ImageFormat, ImageResult,
     codecs::{
@@ -14,11 +19,17 @@ use image::{
         openexr::OpenExrEncoder,
         pnm::{PnmEncoder, PnmSubtype, SampleEncoding},
         qoi::QoiEncoder,
-        tiff::TiffEncoder,
     },
     error::{EncodingError, ImageFormatHint},
 };
 use std::{ffi::OsStr, io::Cursor, path::Path};
+use tiff::{
+    encoder::{
+        TiffEncoder,
+        colortype::{ColorType, RGB8, RGBA8},
+    },
+    tags::Tag,
+};
 
 /// High enough to keep smooth shading free of visible blocks.
 const JPEG_QUALITY: u8 = 92;
@@ -94,9 +105,9 @@ impl Format {
         matches!(self, Self::Jpeg | Self::Gif)
     }
 
-    /// Whether octray marks its files of this format.
+    /// Whether octray knows its own files of this format again.
     pub fn has_mark(self) -> bool {
-        matches!(self, Self::Png | Self::Exr | Self::Apng)
+        self != Self::Qoi
     }
 
     /// Whether a file holds all frames of a turntable.
@@ -147,6 +158,7 @@ impl Format {
         if let Some(place) = picture.place {
             place.add_to(self, &mut bytes);
         }
+        add_mark(self, &mut bytes);
         Ok(bytes)
     }
 
@@ -158,7 +170,9 @@ impl Format {
         let mut to = Cursor::new(Vec::new());
         self.encode_bytes(bytes, size, pixel_bytes, None, &mut to)
             .map_err(|error| failed(&error))?;
-        Ok(to.into_inner())
+        let mut bytes = to.into_inner();
+        add_mark(self, &mut bytes);
+        Ok(bytes)
     }
 
     fn encode_into(self, picture: &mut Picture, to: &mut Cursor<Vec<u8>>) -> ImageResult<()> {
@@ -214,7 +228,10 @@ impl Format {
                 JpegEncoder::new_with_quality(to, JPEG_QUALITY).write_image(bytes, width, height, color)
             }
             Self::Bmp => BmpEncoder::new(to).write_image(bytes, width, height, color),
-            Self::Tiff => TiffEncoder::new(to).write_image(bytes, width, height, color),
+            Self::Tiff if pixel_bytes == 4 => {
+                write_tiff::<RGBA8>(to, [width, height], bytes).map_err(tiff_error)
+            }
+            Self::Tiff => write_tiff::<RGB8>(to, [width, height], bytes).map_err(tiff_error),
             // An EXR file holds floats only, and animations are written elsewhere: neither is asked for.
             Self::Exr | Self::Gif | Self::Apng | Self::Y4m => {
                 OpenExrEncoder::new(to).write_image(bytes, width, height, color)
@@ -225,6 +242,23 @@ impl Format {
 
 fn failed(error: &ImageError) -> CliError {
     CliError::Failed(format!("cannot encode the picture: {error}"))
+}
+
+/// The image crate's encoder does not write the tag `Software`.
+fn write_tiff<C: ColorType<Inner = u8>>(
+    to: &mut Cursor<Vec<u8>>,
+    [width, height]: [u32; 2],
+    bytes: &[u8],
+) -> tiff::TiffResult<()> {
+    let mut encoder = TiffEncoder::new(to)?;
+    let mut image = encoder.new_image::<C>(width, height)?;
+    image.encoder().write_tag(Tag::Software, SOFTWARE)?;
+    image.write_data(bytes)
+}
+
+fn tiff_error(error: tiff::TiffError) -> ImageError {
+    let format = ImageFormatHint::Exact(ImageFormat::Tiff);
+    ImageError::Encoding(EncodingError::new(format, error))
 }
 
 /// An error of the exr crate as one of the image crate.

@@ -5,7 +5,8 @@
 use super::{
     decode::Source,
     encode::Format,
-    place::{HEAD_BYTES, Place, TAIL_BYTES},
+    mark::read_ends,
+    place::Place,
     samples::{Samples, changed, cover, read_exr},
 };
 use crate::{
@@ -14,14 +15,10 @@ use crate::{
         load::memory::{self, PixelBytes},
     },
     error::clip_path,
-    format,
     render::Crop,
 };
 use image::{DynamicImage, ImageError, ImageFormat};
-use std::{
-    io::{self, Read, Seek, SeekFrom},
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 /// The largest pixel of an EXR file with all AOVs, bytes, with room for compression that makes it larger.
 const EXR_PIXEL_BYTES: u64 = 128;
@@ -144,17 +141,6 @@ impl Tile {
             _ => Err(self.source().unreadable(&changed())),
         }
     }
-}
-
-/// The first and the last bytes of a file.
-fn read_ends(path: &Path) -> io::Result<(Vec<u8>, Vec<u8>)> {
-    let mut file = format::open_file(path)?;
-    let (mut head, mut tail) = (Vec::new(), Vec::new());
-    (&mut file).take(HEAD_BYTES).read_to_end(&mut head)?;
-    let length = file.metadata()?.len();
-    file.seek(SeekFrom::Start(length.saturating_sub(TAIL_BYTES)))?;
-    file.take(TAIL_BYTES).read_to_end(&mut tail)?;
-    Ok((head, tail))
 }
 
 impl Tiles {

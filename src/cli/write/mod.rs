@@ -8,6 +8,7 @@ mod decode;
 mod encode;
 mod exr_layers;
 mod json;
+mod mark;
 mod merge;
 mod output;
 mod picture;

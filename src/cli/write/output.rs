@@ -167,7 +167,7 @@ impl Output {
         let why = if self.format.has_mark() {
             "was not written by octray"
         } else {
-            "may be another program's (only .png and .exr tell)"
+            "may be another program's (QOI files do not say who wrote them)"
         };
         Err(CliError::Failed(format!(
             "{} exists and {why}; name another file with -o or replace it with --force",

@@ -11,9 +11,6 @@ use std::fmt;
 pub const PNG_KEYWORD: &str = "Crop";
 /// The name of EXR's attribute.
 pub const EXR_ATTRIBUTE: &str = "octrayCrop";
-/// Where a place can be: in the first bytes of a file, or in the last.
-pub const HEAD_BYTES: u64 = 4096;
-pub const TAIL_BYTES: u64 = 128;
 
 /// A crop's place in its whole picture, and how many samples its pixels took.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,7 +84,7 @@ impl Place {
         let text = match format {
             Format::Png => png_text(head),
             Format::Exr => exr_text(head),
-            Format::Ppm => line("P6\n# octray crop ", head),
+            Format::Ppm => line("P6\n# octray\n# octray crop ", head),
             Format::Qoi | Format::Bmp | Format::Tiff => line("\noctray crop ", tail),
             Format::Jpeg | Format::Gif | Format::Apng | Format::Y4m => None,
         };

@@ -231,8 +231,8 @@ impl Tiles<'_> {
     }
 }
 
-/// The option `--force`, if a killed task may leave AOVs without their picture: most formats do not mark octray's files, and
-/// the next attempt must replace them. `octray job` itself refuses to run if such files exist.
+/// The option `--force`, if a killed task may leave AOVs without their picture in a format without octray's mark: the next
+/// attempt must replace them. `octray job` itself refuses to run if such files exist.
 fn force(plan: &JobPlan, frame: &Frame) -> Option<String> {
     let has_files = frame.aovs.in_files().next().is_some();
     let option = "--force".to_owned();
