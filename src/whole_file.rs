@@ -119,7 +119,8 @@ impl Temporary {
             // The target's name may be as long as names can be.
             let path = folder_of(target).join(format!(".octray-{hash:016x}-{number}.tmp"));
             let mut temporaries = temporaries();
-            if let Some(file) = claim(&path)? {
+            let claimed = claim(&path).map_err(|error| said(error, folder_of(target)))?;
+            if let Some(file) = claimed {
                 temporaries.push(path.clone());
                 return Ok(Self {
                     file,
@@ -175,6 +176,14 @@ impl Drop for Temporary {
             temporaries.retain(|path| *path != self.path);
         }
     }
+}
+
+/// The error that no file can be made in a folder. That of /proc and the like is "not found", as if there were no folder.
+fn said(error: io::Error, folder: &Path) -> io::Error {
+    if error.kind() == io::ErrorKind::NotFound && folder.is_dir() {
+        return io::Error::other("its directory does not accept new files");
+    }
+    error
 }
 
 /// Creates a file of that name for this process alone; `None` if another process holds it.

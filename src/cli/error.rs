@@ -76,6 +76,8 @@ impl CliError {
         let is_file = |path: &&Path| path.exists() && !path.is_dir();
         let why = match folder.ancestors().find(is_file) {
             Some(file) => format!("`{}` is a file, expected a directory", clip_path(file)),
+            // Of /proc and the like.
+            None if error.kind() == io::ErrorKind::NotFound => "no directory can be made there".into(),
             None => io_reason(error),
         };
         Self::Failed(format!("cannot make the directory {}: {why}", clip_path(folder)))

@@ -3,6 +3,7 @@
 use super::{
     budget::Budget,
     files::{self, Disk},
+    foreign,
     mesh::{self, LoadedMesh, MeshFormat, Sharing},
     off,
     place::BYTE_ORDER_MARK,
@@ -109,6 +110,7 @@ fn load_budgeted(
 ) -> Result<Loaded, LoadError> {
     let bytes = files::read_all(reader, files::MAX_BYTES, &budget);
     let bytes = bytes.map_err(|error| files::load_error(name, &error))?;
+    foreign::refuse(&bytes, name, "expected a scene or a mesh")?;
     let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes);
     if text.trim_ascii().is_empty() {
         // The program that should have written to the pipe has failed.
@@ -181,6 +183,21 @@ mod tests {
         is(b"Dear reader,", obj);
         is(b"solidify 1\n", obj);
         is(&binary_stl(3)[..200], obj);
+    }
+
+    #[test]
+    fn other_files_are_called_by_their_kind() {
+        for (bytes, kind) in [
+            (&b"\xff\xd8\xff\xe0\0\x10JFIF"[..], "a JPEG picture"),
+            (b"%PDF-1.7\n", "a PDF document"),
+            (b"\x1f\x8b\x08\0", "compressed by gzip"),
+        ] {
+            let error = load_any(bytes, Path::new("-"), &mut Vec::new(), u64::MAX).expect_err(kind);
+            assert_eq!(
+                error.to_string(),
+                format!("-: this is {kind}, expected a scene or a mesh")
+            );
+        }
     }
 
     #[test]

@@ -9,6 +9,7 @@ mod budget;
 mod detect;
 mod environment;
 mod files;
+mod foreign;
 #[cfg(feature = "gltf")]
 mod gltf;
 mod left_out;

@@ -20,6 +20,7 @@ mod words;
 use super::{
     budget::Budget,
     files::Files,
+    foreign,
     mesh::MeshFormat,
     place::{BYTE_ORDER_MARK, LONE_RETURNS, has_lone_returns, refuse_binary},
 };
@@ -194,6 +195,7 @@ impl Reader<'_> {
         // Some editors put a byte order mark first.
         let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
         // An image or a binary mesh is refused as a whole, instead of by its first unknown word.
+        foreign::refuse(text, name, "expected the text of a scene")?;
         refuse_binary(text, "the text of a scene").map_err(|fault| fault.into_error(text, name))?;
         if has_lone_returns(text) {
             return Err(LoadError::whole_file(name, LONE_RETURNS));

@@ -142,6 +142,13 @@ fn unwritable_outputs_are_refused_before_rendering() {
         1,
         "directory `no/such` does not exist",
     );
+    if cfg!(target_os = "linux") {
+        folder.fails(
+            &["a.scn", "-o", "/proc/a.png"],
+            1,
+            "its directory does not accept new files",
+        );
+    }
     folder.fails(
         &["a.scn", "-o", "a.scn/a.png"],
         1,

@@ -221,6 +221,12 @@ fn names_in_a_config_file_are_not_typed() {
 #[test]
 fn generated_files_replace_only_generated_ones() {
     let folder = Folder::new();
+    // In a directory that does not exist yet.
+    folder
+        .run_line("generate flake --count 2 -o new --json new/a.json")
+        .succeeded();
+    assert!(read(&folder, "new/a.json").starts_with(b"{"));
+    fs::remove_dir_all(folder.path("new")).unwrap();
     let generate = "generate interior --count 20000";
     for _ in 0..2 {
         folder.run_line(generate).succeeded();

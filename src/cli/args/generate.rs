@@ -7,12 +7,13 @@ use crate::{
         plan::{GeneratePlan, JsonTarget},
     },
     generate::{Kind, Options},
+    whole_file::folder_of,
 };
 use clap::{
     Args,
     builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
 };
-use std::path::PathBuf;
+use std::path::{Path, PathBuf, absolute};
 
 /// Arguments of `octray generate`.
 #[derive(Args, Debug)]
@@ -60,7 +61,11 @@ impl GenerateArgs {
     /// [`CliError`], as of [`JsonTarget::new`].
     pub fn plan(self) -> Result<GeneratePlan, CliError> {
         Ok(GeneratePlan {
-            json: self.json.as_deref().map(JsonTarget::new).transpose()?,
+            json: self
+                .json
+                .as_deref()
+                .map(|json| self.json_target(json))
+                .transpose()?,
             kind: self.kind,
             options: Options {
                 seed: self.seed,
@@ -72,5 +77,14 @@ impl GenerateArgs {
             folder: self.output,
             force: self.force,
         })
+    }
+
+    /// A file in the folder that the command makes cannot be checked yet.
+    fn json_target(&self, json: &Path) -> Result<JsonTarget, CliError> {
+        let same = |a: &Path, b: &Path| absolute(a).ok() == absolute(b).ok();
+        if !self.output.exists() && same(folder_of(json), &self.output) {
+            return Ok(JsonTarget::File(json.to_owned()));
+        }
+        JsonTarget::new(json)
     }
 }

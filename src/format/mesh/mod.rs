@@ -26,7 +26,7 @@ use super::threemf;
 use super::{
     OpenMesh,
     budget::Budget,
-    files,
+    files, foreign,
     left_out::counted,
     obj, off,
     place::{LFS_POINTER, is_lfs_pointer},
@@ -379,6 +379,7 @@ pub(super) fn read(
 ) -> Result<LoadedMesh, LoadError> {
     let mut head = Vec::new();
     let head = opened.head(TEXT_HEAD, &mut head);
+    foreign::refuse(head, path, MeshFormat::EXPECTED)?;
     match MeshFormat::of(path, head) {
         Some(MeshFormat::Ply) => return ply::read(opened, path, Some(open), budget),
         Some(MeshFormat::Stl) => return stl::read(opened, path, budget),
@@ -439,6 +440,7 @@ fn parse_budgeted(
     open: OpenMesh<'_>,
     budget: &Budget,
 ) -> Result<LoadedMesh, LoadError> {
+    foreign::refuse(&bytes, path, MeshFormat::EXPECTED)?;
     match MeshFormat::of(path, &bytes) {
         Some(format) => parse_as(format, &bytes, path, open, budget),
         None => Err(unknown_format(path)),

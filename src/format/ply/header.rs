@@ -7,6 +7,7 @@ use super::{
 use crate::{
     error::quote,
     format::{
+        foreign,
         left_out::counted,
         mesh::UpAxis,
         place::{LFS_POINTER, LONE_RETURNS, after_mark, is_lfs_pointer, is_utf16},
@@ -380,6 +381,12 @@ pub(super) fn find_end(bytes: &[u8]) -> Result<usize, Fault> {
         return Err(Fault {
             place: Place::File,
             message: "the file is empty, expected a PLY mesh".to_owned(),
+        });
+    }
+    if let Some(message) = foreign::fault(bytes, "expected a PLY mesh") {
+        return Err(Fault {
+            place: Place::File,
+            message,
         });
     }
     if let Some([next, ..]) = bytes.strip_prefix(b"ply\r")
