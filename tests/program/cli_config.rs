@@ -26,6 +26,11 @@ fn a_config_file_gives_defaults_and_the_command_line_wins() {
         .run_line("a.scn -o eye2.ppm --size=9x7 --eye=3,1,2 --no-shadows")
         .succeeded();
     assert_eq!(read("eye.ppm"), read("eye2.ppm"));
+    // A default for animations leaves other pictures alone.
+    folder.write("fps.toml", "fps = 10\n");
+    folder
+        .run_line("a.scn --config=fps.toml -o still.ppm --size 9x7")
+        .succeeded();
 }
 
 #[test]

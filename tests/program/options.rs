@@ -307,6 +307,7 @@ fn values_are_explained() {
             "--lit-from 1 2",
             "such as --lit-from -1,2.5,3 (no spaces), found 2",
         ),
+        ("--lit-from 0,0,0", "expected a direction"),
         ("-s 800 600", "write -s 800x600 (no spaces)"),
         ("--crop 0 0 8 8", "write --crop 0,0,8,8 (no spaces)"),
         ("--eye 3", "expected three numbers x,y,z"),

@@ -139,6 +139,27 @@ fn broken_poses_are_refused() {
         2,
         "",
     );
+    let each = "--save-poses needs a file for each picture";
+    for (options, code, words) in [
+        ("--crop=0,0,3,3 -o b.png", 2, "--crop"),
+        ("--sheet=2 --turntable=2", 2, "--sheet"),
+        ("--skip-existing -o b.png", 2, "--skip-existing"),
+        ("--turntable=2 -o b.gif", 2, each),
+        ("-o -", 2, each),
+        ("--json=./t.json -o b.png", 2, "both the poses and the JSON"),
+    ] {
+        let line = format!("a.scn --save-poses=t.json {SMALL} {options}");
+        folder.fails(&line.split(' ').collect::<Vec<_>>(), code, words);
+    }
+    // Of a zoom, no single focal length is true.
+    let zoom = "light 0 0 9 1\nsphere 0 0 0 1\ncamera eye 0 -9 0 target 0 0 0 fov 30\n  at 1 fov 30\n  at 2 fov 50\n";
+    folder.write("zoom.scn", zoom);
+    let line = format!("zoom.scn --save-poses=t.json --frames=1-2 -o z#.png {SMALL}");
+    folder.fails(
+        &line.split(' ').collect::<Vec<_>>(),
+        1,
+        "different fields of view",
+    );
     folder.fails(
         &["a.scn", "--ortho=2", "--save-poses=t.json", SMALL],
         1,

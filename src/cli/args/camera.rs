@@ -96,7 +96,7 @@ pub struct MeshArgs {
     pub point_size: Option<f32>,
 
     /// Light the mesh as if it were seen from this direction [default: the direction of the eye]
-    #[arg(long, value_name = "x,y,z", value_parser = values::vector, allow_hyphen_values = true)]
+    #[arg(long, value_name = "x,y,z", value_parser = values::direction, allow_hyphen_values = true)]
     pub lit_from: Option<DVec3>,
 }
 

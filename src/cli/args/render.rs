@@ -19,6 +19,7 @@ use crate::{
         write::is_foreign,
     },
     error::clip_path,
+    whole_file::follow_links,
 };
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -121,7 +122,7 @@ impl RenderArgs {
     }
 
     /// Where the cameras of all pictures go. Refuses the files of the jobs' pictures.
-    fn save_poses(&self, jobs: &[Job]) -> Result<Option<PathBuf>, CliError> {
+    fn save_poses(&self, jobs: &[Job], json: Option<&JsonTarget>) -> Result<Option<PathBuf>, CliError> {
         let Some(path) = &self.series.save_poses else {
             return Ok(None);
         };
@@ -129,6 +130,22 @@ impl RenderArgs {
             "--save-poses needs one scene".to_owned()
         } else if is_standard_input(path) {
             "--save-poses needs a file".to_owned()
+        } else if let Some(output) = jobs
+            .iter()
+            .flat_map(Job::outputs)
+            .find(|output| output.is_animation() || output.place() == Path::new("-"))
+        {
+            format!(
+                "--save-poses needs a file for each picture: write to files such as a-##.png instead of {}",
+                output.name()
+            )
+        } else if let Some(JsonTarget::File(json)) = json
+            && follow_links(json).ok() == follow_links(path).ok()
+        {
+            format!(
+                "both the poses and the JSON would be written to {}",
+                clip_path(path)
+            )
         } else {
             let target = JsonTarget::new(path)?;
             match jobs
@@ -174,7 +191,9 @@ impl RenderArgs {
         let turntable = self.series.turntable(poses.as_ref());
         let keyframes = match turntable {
             Some(_) => Vec::new(),
-            None => self.series.keyframes(&self.scenes, self.output.as_deref())?,
+            None => self
+                .series
+                .keyframes(&self.scenes, self.output.as_deref(), !self.is_default("fps"))?,
         };
         self.check_numbers(turntable.is_some() || !keyframes.is_empty())?;
         let pictures = Pictures {
@@ -208,7 +227,7 @@ impl RenderArgs {
             looks,
             build: self.trace.build,
             fps: self.series.fps(),
-            save_poses: self.save_poses(&jobs)?,
+            save_poses: self.save_poses(&jobs, json.as_ref())?,
             poses,
             orbit: self.series.orbit(),
             jobs,

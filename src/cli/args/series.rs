@@ -43,7 +43,7 @@ pub struct SeriesArgs {
     pub poses: Option<PathBuf>,
 
     /// Write the cameras of all pictures as a NeRF transforms.json
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["crop", "sheet", "skip_existing"])]
     pub save_poses: Option<PathBuf>,
 
     /// Render only frames A to B of the turntable, the poses or an animated scene, so that several machines can share the work
@@ -73,14 +73,20 @@ impl SeriesArgs {
     }
 
     /// The frames of each scene, if one of them moves and these options or the name of the `output` ask for all of them.
+    /// `fps` asks if it `is_fps_typed`: a default in the config file is for animations only.
     ///
     /// # Errors
     /// [`CliError::Usage`] for options of frames without frames, [`CliError::Load`] for a scene that cannot be read.
-    pub fn keyframes(&self, scenes: &[PathBuf], output: Option<&Path>) -> Result<Vec<Turntable>, CliError> {
+    pub fn keyframes(
+        &self,
+        scenes: &[PathBuf],
+        output: Option<&Path>,
+        is_fps_typed: bool,
+    ) -> Result<Vec<Turntable>, CliError> {
         let is_named = output.is_some_and(|output| has_number(output) || is_animation(output));
         let option = match (self.frames, self.fps) {
             (Some(_), _) => "--frames",
-            (_, Some(_)) => "--fps",
+            (_, Some(_)) if is_fps_typed => "--fps",
             _ if is_named => "",
             _ => return Ok(Vec::new()),
         };

@@ -118,6 +118,15 @@ pub fn vector(text: &str) -> Result<DVec3, String> {
     }
 }
 
+/// `x,y,z`, which is not the point 0.
+pub fn direction(text: &str) -> Result<DVec3, String> {
+    let vector = vector(text)?;
+    match vector.try_normalize() {
+        Some(_) => Ok(vector),
+        None => Err("expected a direction x,y,z such as 1,1,0.5, and this has no length".into()),
+    }
+}
+
 /// The most frames of a turntable.
 pub const MOST_FRAMES: u32 = 10_000;
 

@@ -290,6 +290,19 @@ impl SavedPoses {
         })
     }
 
+    /// Whether cameras of `other` can be added.
+    ///
+    /// # Errors
+    /// [`CliError::Failed`] for another field of view.
+    pub fn check_fits(&self, other: &Self) -> Result<(), CliError> {
+        // Focal lengths that were read and computed again are not exact.
+        if (self.fl_x - other.fl_x).abs() <= 1e-6 * self.fl_x {
+            return Ok(());
+        }
+        let why = "--save-poses: the cameras have different fields of view, expected one for all pictures";
+        Err(CliError::Failed(why.into()))
+    }
+
     /// Adds the camera of a picture.
     pub fn push(&mut self, files: PoseFiles, camera: &Camera) {
         let view = camera.view();

@@ -32,12 +32,17 @@ impl Call<'_> {
         })
     }
 
-    /// Refuses to save the pose of an orthographic camera before its picture is rendered.
+    /// Refuses to save the pose of an orthographic camera, or of one with another field of view than those before, before its
+    /// picture is rendered.
     pub fn prepare_poses(&mut self, camera: &Camera, settings: &Settings) -> Result<(), CliError> {
-        if self.plan.save_poses.is_some() && self.saved_poses.is_none() {
-            let size = [settings.width, settings.height];
-            self.saved_poses = Some(SavedPoses::new(camera, size)?);
+        if self.plan.save_poses.is_none() {
+            return Ok(());
         }
+        let poses = SavedPoses::new(camera, [settings.width, settings.height])?;
+        if let Some(saved) = &self.saved_poses {
+            return saved.check_fits(&poses);
+        }
+        self.saved_poses = Some(poses);
         Ok(())
     }
 
