@@ -154,12 +154,11 @@ fn broken_poses_are_refused() {
     // Of a zoom, no single focal length is true.
     let zoom = "light 0 0 9 1\nsphere 0 0 0 1\ncamera eye 0 -9 0 target 0 0 0 fov 30\n  at 1 fov 30\n  at 2 fov 50\n";
     folder.write("zoom.scn", zoom);
-    let line = format!("zoom.scn --save-poses=t.json --frames=1-2 -o z#.png {SMALL}");
-    folder.fails(
-        &line.split(' ').collect::<Vec<_>>(),
-        1,
-        "different fields of view",
-    );
+    let zoom = folder.run_line(&format!(
+        "zoom.scn --save-poses=t.json --frames=1-2 -o z#.png {SMALL}"
+    ));
+    zoom.failed(1, "different fields of view");
+    assert!(!folder.path("t.json").exists());
     folder.fails(
         &["a.scn", "--ortho=2", "--save-poses=t.json", SMALL],
         1,
