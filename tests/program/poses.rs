@@ -151,7 +151,7 @@ fn broken_poses_are_refused() {
         let line = format!("a.scn --save-poses=t.json {SMALL} {options}");
         folder.fails(&line.split(' ').collect::<Vec<_>>(), code, words);
     }
-    // Of a zoom, no single focal length is true.
+    // A zoom has no single focal length.
     let zoom = "light 0 0 9 1\nsphere 0 0 0 1\ncamera eye 0 -9 0 target 0 0 0 fov 30\n  at 1 fov 30\n  at 2 fov 50\n";
     folder.write("zoom.scn", zoom);
     let zoom = folder.run_line(&format!(

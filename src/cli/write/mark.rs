@@ -40,7 +40,7 @@ pub fn add_mark(format: Format, bytes: &mut Vec<u8>) {
         Format::Png | Format::Qoi | Format::Tiff | Format::Exr | Format::Gif | Format::Apng | Format::Y4m => {
         }
     }
-    // ImageMagick warns if this is not the size of the file.
+    // The header has the size of the whole file.
     if format == Format::Bmp
         && let Ok(size) = u32::try_from(bytes.len())
         && let Some(field) = bytes.get_mut(2..6)
@@ -50,6 +50,7 @@ pub fn add_mark(format: Format, bytes: &mut Vec<u8>) {
 }
 
 fn insert(bytes: &mut Vec<u8>, at: usize, text: &[u8]) {
+    let at = at.min(bytes.len());
     bytes.splice(at..at, text.iter().copied());
 }
 

@@ -1,7 +1,7 @@
 //! The place of a crop in its whole picture, which every crop's file records for `octray merge`.
 //!
 //! PNG has a text chunk for it, PPM a comment, EXR an attribute in addition to its data window. In QOI, BMP and TIFF only the
-//! end of the file is skipped by all readers, so it follows the picture.
+//! end of the file is skipped by readers, so it follows the picture; FFmpeg complains about it in QOI files, and shows them.
 
 use super::encode::Format;
 use crate::render::{Crop, Settings};
