@@ -4,7 +4,7 @@
 
 use crate::{
     long::rounds,
-    sameness::{SHIPPED, check, glass_scene, sized, sizes},
+    sameness::{SHIPPED, Sameness, glass_scene, sized, sizes},
     shipped_scene,
 };
 use glam::{DVec3, Vec3};
@@ -208,15 +208,10 @@ fn orthographic_cameras() {
     scenes.push(("soft", shipped_scene("soft")));
     scenes.push(("glass", glass_scene()));
     for (i, (name, scene)) in scenes.iter().enumerate() {
-        let camera = parallel(i as u32 % 6 + 1, 2.0);
+        let (camera, sameness) = (parallel(i as u32 % 6 + 1, 2.0), Sameness::of(name, scene));
         for (width, height, samples) in sizes() {
             // What is shaded is tested by `sameness`: here a band and a half of rays are enough.
-            check(
-                name,
-                scene,
-                &camera,
-                &sized(width.min(1023), height.min(27), samples),
-            );
+            sameness.check(&camera, &sized(width.min(1023), height.min(27), samples));
         }
         for adaptive in [false, true] {
             let [width, height] = rounds([47, 21], [75, 27]);
@@ -225,7 +220,7 @@ fn orthographic_cameras() {
                 pattern: Pattern::Sobol,
                 ..sized(width, height, 9)
             };
-            check(name, scene, &camera, &settings);
+            sameness.check(&camera, &settings);
         }
     }
 }
@@ -236,6 +231,7 @@ fn cameras_with_lenses() {
         Vec::from(["evening", "garden", "soft", "forest"].map(|name| (name, shipped_scene(name))));
     scenes.push(("glass", glass_scene()));
     for (i, (name, scene)) in scenes.iter().enumerate() {
+        let sameness = Sameness::of(name, scene);
         for parallel in [
             parallel(2, 2.0),
             Camera::classic_view(i as u32 + 1).expect("a view"),
@@ -260,7 +256,7 @@ fn cameras_with_lenses() {
                     adaptive,
                     ..sized(rounds(29, 61), 19, samples)
                 };
-                check(name, scene, &camera, &settings);
+                sameness.check(&camera, &settings);
             }
         }
     }

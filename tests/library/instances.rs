@@ -4,7 +4,7 @@
 
 use crate::{
     long::rounds,
-    sameness::{check, sized},
+    sameness::{Sameness, sized},
 };
 use glam::{DVec3, Vec3};
 use octray::{
@@ -322,6 +322,7 @@ fn scenes_of_instances() {
         ("far instances", Vec3::new(5000.0, -3000.0, 700.0)),
     ] {
         let scene = instanced_scene(shift);
+        let sameness = Sameness::of(name, &scene);
         let view = View::classic(2).expect("views are 1 to 6");
         let view = View {
             eye: view.eye + shift.as_dvec3(),
@@ -342,13 +343,13 @@ fn scenes_of_instances() {
                 max_depth,
                 ..sized(rounds(61, 89), rounds(41, 61), samples)
             };
-            check(name, &scene, &camera, &settings);
+            sameness.check(&camera, &settings);
             let settings = Settings {
                 adaptive: true,
                 pattern: Pattern::Sobol,
                 ..sized(rounds(33, 49), rounds(25, 37), 9)
             };
-            check(name, &scene, &camera, &settings);
+            sameness.check(&camera, &settings);
         }
     }
 }

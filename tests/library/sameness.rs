@@ -75,28 +75,68 @@ fn others() -> Vec<(BuildQuality, Layout, Mode, usize)> {
     others
 }
 
-pub fn check(name: &str, scene: &Scene, camera: &Camera, settings: &Settings) {
-    let film = |bvh: &Bvh, mode, threads| {
-        let settings = Settings {
-            mode,
-            threads: Some(threads),
-            ..*settings
-        };
-        let frame = render(scene, bvh, camera, &settings, &|_| ControlFlow::Continue(()));
-        frame.unwrap_or_else(|error| panic!("{name}: {error}")).film
-    };
-    let [width, height] = [settings.width, settings.height];
-    let first = film(&Bvh::build(scene), Mode::Packet, 1);
-    assert_eq!(first.pixels().len(), width as usize * height as usize, "{name}");
-    for (quality, layout, mode, threads) in others() {
-        let other = film(&Bvh::build_as(scene, quality, layout), mode, threads);
-        if let Some(difference) = first_difference(&first, &other) {
-            panic!(
-                "{name}, {width}x{height}: packets on 1 thread with the default BVH, and {mode:?} on {threads} with \
-                 {quality:?}, {layout:?} differ at {difference}"
-            );
+/// A scene and its BVHs.
+pub struct Sameness<'a> {
+    name: &'a str,
+    scene: &'a Scene,
+    bvh: Bvh,
+    others: Vec<Other>,
+}
+
+/// What makes the same picture: a BVH, a mode and threads.
+struct Other {
+    bvh: Bvh,
+    mode: Mode,
+    threads: usize,
+    what: String,
+}
+
+impl<'a> Sameness<'a> {
+    pub fn of(name: &'a str, scene: &'a Scene) -> Self {
+        let others = others()
+            .into_iter()
+            .map(|(quality, layout, mode, threads)| Other {
+                bvh: Bvh::build_as(scene, quality, layout),
+                mode,
+                threads,
+                what: format!("{mode:?} on {threads} with {quality:?}, {layout:?}"),
+            });
+        Self {
+            name,
+            scene,
+            bvh: Bvh::build(scene),
+            others: others.collect(),
         }
     }
+
+    pub fn check(&self, camera: &Camera, settings: &Settings) {
+        let name = self.name;
+        let film = |bvh: &Bvh, mode, threads| {
+            let settings = Settings {
+                mode,
+                threads: Some(threads),
+                ..*settings
+            };
+            let frame = render(self.scene, bvh, camera, &settings, &|_| ControlFlow::Continue(()));
+            frame.unwrap_or_else(|error| panic!("{name}: {error}")).film
+        };
+        let [width, height] = [settings.width, settings.height];
+        let first = film(&self.bvh, Mode::Packet, 1);
+        assert_eq!(first.pixels().len(), width as usize * height as usize, "{name}");
+        for other in &self.others {
+            let found = film(&other.bvh, other.mode, other.threads);
+            if let Some(difference) = first_difference(&first, &found) {
+                panic!(
+                    "{name}, {width}x{height}: packets on 1 thread with the default BVH, and {} differ at {difference}",
+                    other.what
+                );
+            }
+        }
+    }
+}
+
+pub fn check(name: &str, scene: &Scene, camera: &Camera, settings: &Settings) {
+    Sameness::of(name, scene).check(camera, settings);
 }
 
 pub fn sized(width: u32, height: u32, samples: u32) -> Settings {
@@ -122,9 +162,10 @@ fn shipped_scenes() {
             film.pixels().iter().any(|pixel| *pixel != film.pixels()[0]),
             "{name}: the picture has one colour"
         );
+        let sameness = Sameness::of(name, &scene);
         for (i, (width, height, samples)) in sizes().into_iter().enumerate() {
             let camera = Camera::classic_view(i as u32 + 1).expect("views are 1 to 6");
-            check(name, &scene, &camera, &sized(width, height, samples));
+            sameness.check(&camera, &sized(width, height, samples));
         }
     }
 }
@@ -151,13 +192,14 @@ fn adaptive_pictures() {
     for (i, (name, scene)) in scenes.iter().enumerate() {
         let camera = Camera::classic_view(i as u32 % 6 + 1).expect("views are 1 to 6");
         let [width, height] = rounds([101, 43], [149, 67]);
+        let sameness = Sameness::of(name, scene);
         for (width, height, samples) in [(width, height, 16), (1, 1, 5), (1023, 3, 4)] {
             let settings = Settings {
                 adaptive: true,
                 pattern: Pattern::Sobol,
                 ..sized(width, height, samples)
             };
-            check(name, scene, &camera, &settings);
+            sameness.check(&camera, &settings);
         }
     }
 }
