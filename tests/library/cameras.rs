@@ -214,7 +214,7 @@ fn orthographic_cameras() {
             sameness.check(&camera, &sized(width.min(1023), height.min(27), samples));
         }
         for adaptive in [false, true] {
-            let [width, height] = rounds([47, 21], [75, 27]);
+            let [width, height] = rounds([29, 15], [75, 27]);
             let settings = Settings {
                 adaptive,
                 pattern: Pattern::Sobol,
@@ -254,7 +254,7 @@ fn cameras_with_lenses() {
                 let settings = Settings {
                     pattern,
                     adaptive,
-                    ..sized(rounds(29, 61), 19, samples)
+                    ..sized(rounds(21, 61), rounds(13, 19), samples)
                 };
                 sameness.check(&camera, &settings);
             }

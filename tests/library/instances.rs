@@ -341,7 +341,7 @@ fn scenes_of_instances() {
             let camera = Camera::new(&view).expect("a view");
             let settings = Settings {
                 max_depth,
-                ..sized(rounds(61, 89), rounds(41, 61), samples)
+                ..sized(rounds(45, 89), rounds(31, 61), samples)
             };
             sameness.check(&camera, &settings);
             let settings = Settings {

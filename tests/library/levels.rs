@@ -118,7 +118,7 @@ fn every_level_makes_the_same_pictures_in_both_modes() {
 fn check_pictures(scene: &Scene) {
     let bvh = Bvh::build(scene);
     let camera = Camera::look_at(DVec3::new(4.0, 3.0, 2.0), DVec3::ZERO, DVec3::Z, 50.0).unwrap();
-    let [width, height] = rounds([45, 35], [91, 67]);
+    let [width, height] = rounds([33, 27], [91, 67]);
     let settings = Settings {
         width,
         height,

@@ -69,7 +69,7 @@ fn random_bytes() {
     let mut random = fastrand::Rng::with_seed(7);
     for name in ["scn_grammar", "ply_grammar", "picture", "mesh_grammar"] {
         let target = crate::targets::by_name(name).expect("a target");
-        for round in 0..rounds(150, 50_000) {
+        for round in 0..rounds(100, 50_000) {
             let bytes: Vec<u8> = (0..random.usize(1..600)).map(|_| random.u8(..)).collect();
             println!("{name}, round {round}");
             target(&bytes);

@@ -30,7 +30,7 @@ fn check(seed: u64, count: usize, rays: u64) -> Result<(), String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: rounds(120, 400), failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: rounds(80, 400), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn all_methods_agree_with_brute_force(seed in any::<u64>(), count in 0_usize..=64) {

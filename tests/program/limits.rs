@@ -1,10 +1,10 @@
 //! Limits: a picture or scene that is too large is refused in one sentence, before the work begins.
 //!
-//! `OCTRAY_LONG=1` adds the limit of placed meshes.
+//! `OCTRAY_LONG=1` adds the limit of placed meshes, and doubles the depth of hierarchies.
 #![cfg(unix)]
 
 use crate::{
-    long::is_long,
+    long::{is_long, rounds},
     program::{Folder, Run},
 };
 use std::{fs, io::Write};
@@ -205,8 +205,9 @@ fn deep_hierarchies_do_not_overflow_stacks() {
     let folder = Folder::new();
     let mut file = fs::File::create(folder.path("deep.scn")).unwrap();
     writeln!(file, "light 3 -2 5 0.7\nmaterial 1").unwrap();
-    for i in 0..20_000 {
-        let size = 1e-8 * 1.0018_f64.powi(i);
+    let count = rounds(10_000, 20_000);
+    for i in 0..count {
+        let size = 1e-8 * 1.0018_f64.powi(i * 20_000 / count);
         writeln!(file, "triangle 0 0 0 {size:e} 0 {size:e} 0 {size:e} {size:e}").unwrap();
     }
     drop(file);

@@ -67,7 +67,7 @@ fn signals_are_heard_whatever_is_in_hand() {
         ("large.obj --smooth-angle 180 --size 8192x8192 -o a.exr", "-TERM"),
         ("info large.obj", "-INT"),
     ] {
-        for milliseconds in [60, 700] {
+        for milliseconds in [60, 300] {
             let arguments: Vec<&str> = arguments.split(' ').collect();
             let mut child = folder.command(&arguments).spawn().unwrap();
             std::thread::sleep(Duration::from_millis(milliseconds));
