@@ -3,16 +3,15 @@
 
 use super::{Tracer, bits::bits};
 use crate::{
-    accel::{Child, TriangleBlocks},
-    geometry::{TriangleLeaf, padded},
-    lanes::LANES,
+    accel::Child,
+    geometry::padded,
     math::{Aabb, max_abs},
     ray::PrimitiveId,
     scene::{Plane, Primitive, Scene},
     simd::{LaneMask, Lanes, Simd},
 };
 
-/// Subtrees that are yet to visit. A small box meets few; if there are more, something opaque may be among them.
+/// Subtrees still to visit. A small box meets few; if there are more, something opaque may be among them.
 const STACK: usize = 64;
 
 /// Rounding of a point's distance to a plane, as a share of coordinates.
@@ -68,15 +67,9 @@ impl Tracer<'_> {
 
     /// Whether a block has an opaque primitive whose padded box meets another.
     fn has_opaque(&self, scene: &Scene, block: Child, bounds: &Aabb, except: Option<PrimitiveId>) -> bool {
-        bits(block.count_bits()).any(|lane| {
-            let id = PrimitiveId(if block.is_triangles() {
-                match self.bvh.triangle_blocks() {
-                    TriangleBlocks::Whole(blocks) => blocks[block.index()].id(lane),
-                    TriangleBlocks::Indexed(blocks) => blocks[block.index()].id(lane),
-                }
-            } else {
-                self.bvh.sphere_blocks()[block.index()].id[lane % LANES]
-            });
+        let ids = self.bvh.leaf_ids(block);
+        ids[..block.count()].iter().any(|&id| {
+            let id = PrimitiveId(id);
             if Some(id) == except {
                 return false;
             }

@@ -98,7 +98,7 @@ fn measure(done: u64, total: u64) -> (u64, &'static str) {
     (percent as u64, "%")
 }
 
-/// How long the rest takes if it is as fast as what is done.
+/// How long the rest takes at the speed so far.
 fn time_left(elapsed: Duration, done: u64, total: u64) -> Option<String> {
     if elapsed < GUESS || done == 0 || done >= total {
         return None;

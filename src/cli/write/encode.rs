@@ -63,7 +63,7 @@ impl Format {
     /// All extensions, for messages.
     pub const EXTENSIONS: &'static str = ".png, .ppm, .qoi, .jpg, .jpeg, .bmp, .tiff, .tif or .exr";
 
-    /// The error about a file name whose extension is none of them.
+    /// The error about a file name without one of these extensions.
     pub fn unknown(path: &Path) -> CliError {
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         let name = clip_path(path);

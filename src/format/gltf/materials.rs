@@ -277,7 +277,7 @@ pub(super) fn display_value(linear: f32) -> f32 {
     srgb::encode(linear.clamp(0.0, 1.0).into()) as f32
 }
 
-/// The most light of an emission.
+/// Below [`MAX_EMISSION`] even after it was encoded, rounded and decoded.
 const MOST_EMISSION: f32 = 0.1 * MAX_EMISSION;
 
 /// The display value of an emission, above 1 if it is brighter than white.
