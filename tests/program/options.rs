@@ -312,6 +312,7 @@ fn values_are_explained() {
         ("--crop 0 0 8 8", "write --crop 0,0,8,8 (no spaces)"),
         ("--eye 3", "expected three numbers x,y,z"),
         ("-size 8x8", "write --size"),
+        ("-output=a.png", "write --output"),
         ("-output a.png", "write --output"),
         ("--aov depth normal", "write --aov depth,normal (no spaces)"),
         ("-o a.mp4", "use -o - | ffmpeg -i - a.mp4"),

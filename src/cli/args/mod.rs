@@ -99,6 +99,9 @@ pub fn definition() -> clap::Command {
 pub fn plan(arguments: Vec<OsString>) -> Result<Option<Plan>, CliError> {
     let arguments = default_command::with_default_command(arguments);
     let arguments = default_command::with_negative_values(arguments);
+    if let Some(why) = usage::one_dash(&arguments) {
+        return Err(CliError::Usage(why));
+    }
     let (mut cli, mut matches) = match parse(&arguments) {
         Ok(parsed) => parsed,
         Err(answer) => return show(answer, &arguments),

@@ -28,8 +28,8 @@ pub struct SeriesArgs {
     #[arg(long)]
     pub keep_going: bool,
 
-    /// Render N frames of a turn around the camera's target, as numbered pictures (a run of # in -o stands for the number,
-    /// from 1) or as an animation in one file (.gif, .apng or .y4m); - writes Y4M to standard output
+    /// Render N frames of a turn around the camera's target, as numbered pictures or as one animation. In -o, a run of #
+    /// stands for the number, from 1; .gif, .apng and .y4m are animations, and - is Y4M on standard output
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FRAMES }>)]
     pub turntable: Option<u32>,
 
@@ -37,8 +37,8 @@ pub struct SeriesArgs {
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FRAMES }>, conflicts_with = "turntable")]
     pub sphere: Option<u32>,
 
-    /// Render the scene from every camera of a NeRF transforms.json or of a COLMAP reconstruction's images.txt or images.bin,
-    /// into an animation or pictures: in -o, a run of # stands for the number, {pose} for the name in the file
+    /// Render the scene from every camera of a NeRF transforms.json, or of a COLMAP images.txt or images.bin, as pictures or
+    /// as one animation. In -o, a run of # stands for the number, {pose} for the name in the file
     #[arg(long, value_name = "FILE", conflicts_with_all = ["turntable", "sphere"], conflicts_with_all = camera::OPTIONS)]
     pub poses: Option<PathBuf>,
 

@@ -85,25 +85,24 @@ const LISTS: [(&[&str], usize, &str); 3] = [
 
 /// The message for arguments that clap takes for others.
 pub fn misread(arguments: &[OsString]) -> Option<String> {
-    let words: Vec<&str> = arguments
-        .iter()
-        .map(|word| word.to_str().unwrap_or_default())
-        .collect();
-    one_dash(&words)
-        .or_else(|| numbers_apart(&words))
-        .or_else(|| aovs_apart(&words))
+    let words: Vec<&str> = texts(arguments).collect();
+    numbers_apart(&words).or_else(|| aovs_apart(&words))
 }
 
-/// Long options with one hyphen, as in `-size 8x8`, which clap reads as `-s ize`, or with a dash of word processors.
-fn one_dash(words: &[&str]) -> Option<String> {
+/// The message for long options with one hyphen, as in `-output=a.png`, which clap reads as `-o utput=a.png`, or with a dash
+/// of word processors.
+pub fn one_dash(arguments: &[OsString]) -> Option<String> {
     let all = definition();
     let options = || all.get_subcommands().flat_map(clap::Command::get_arguments);
     let is_long = |name: &&str| name.len() > 1 && options().any(|option| option.get_long() == Some(*name));
-    let mut names = words
-        .iter()
-        .filter_map(|word| word.strip_prefix(['-', '–', '—'])?.split('=').next());
+    let options_only = texts(arguments).take_while(|&word| word != "--");
+    let mut names = options_only.filter_map(|word| word.strip_prefix(['-', '–', '—'])?.split('=').next());
     let name = names.find(is_long)?;
     Some(format!("long options have two hyphens: write --{name}"))
+}
+
+fn texts(arguments: &[OsString]) -> impl Iterator<Item = &str> {
+    arguments.iter().map(|word| word.to_str().unwrap_or_default())
 }
 
 /// AOVs with spaces between them, as in `--aov depth normal`.

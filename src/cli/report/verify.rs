@@ -20,14 +20,21 @@ pub fn text(settings: &Settings, outcome: &Outcome, took: Duration, stopped: boo
         crate::isa(),
         settings.seed
     );
+    let scenes = |count| {
+        format!(
+            "{} {}",
+            grouped(count),
+            if count == 1 { "scene" } else { "scenes" }
+        )
+    };
     // Writing to a string cannot fail.
     let _ = writeln!(
         text,
-        "{} rays in {} scenes of 1 to 64 primitives, {} rays in {} scenes of up to 100 000\n",
+        "{} rays in {} of 1 to 64 primitives, {} rays in {} of up to 100 000\n",
         grouped(done.rays - done.large_rays),
-        grouped(small),
+        scenes(small),
         grouped(done.large_rays),
-        grouped(done.large_scenes)
+        scenes(done.large_scenes)
     );
     let _ = writeln!(text, "{:24}{:>18}{:>18}{:>18}", "", "rays", "hits", "occluded");
     let brute = ("brute force", counts.rays, counts.hits, counts.blocked);

@@ -37,7 +37,7 @@ pub(super) fn parse(
 ) -> Result<Vec<(Vec<u8>, Surface)>, String> {
     let mut materials: Vec<Reading> = Vec::new();
     let mut left_out = NotRead::default();
-    let (mut start, mut has_faults) = (after_mark(text), false);
+    let (mut start, mut has_faults, mut has_bright) = (after_mark(text), false, false);
     for line in text[start..].split_inclusive(|&byte| byte == b'\n') {
         let mut words = Words::new(text, start..start + line.len());
         start += line.len();
@@ -60,6 +60,7 @@ pub(super) fn parse(
         let Some(material) = materials.last_mut() else {
             continue;
         };
+        let is_bright = matches!(keyword.as_slice(), b"kd" | b"ks" | b"ke") && is_above_1(words.clone());
         let read = match keyword.as_slice() {
             b"kd" => color(words).map(|color| material.diffuse = Some(color)),
             b"ks" => color(words).map(|color| material.specular = Some(color)),
@@ -87,9 +88,16 @@ pub(super) fn parse(
                 Some(())
             }
         };
+        let fault = match read {
+            None => Some((&mut has_faults, "without valid numbers, ignored")),
+            Some(()) if is_bright => Some((&mut has_bright, "above 1, taken as 1")),
+            Some(()) => None,
+        };
         // One note is enough to find the others.
-        if read.is_none() && !std::mem::replace(&mut has_faults, true) {
-            let message = format!("{} without valid numbers, ignored", quote(written));
+        if let Some((is_noted, what)) = fault
+            && !std::mem::replace(is_noted, true)
+        {
+            let message = format!("{} {what}", quote(written));
             notes.push(TextFault::new(place, message).into_error(text, path).to_string());
         }
     }
@@ -323,14 +331,22 @@ fn texture_file(mut words: Words<'_>) -> TextureFile {
     }
 }
 
-/// One number for all channels, or three; clamped to 0 to 1.
-fn color(mut words: Words<'_>) -> Option<[f32; 3]> {
+/// A colour, clamped to 0 to 1.
+fn color(words: Words<'_>) -> Option<[f32; 3]> {
+    channels(words).map(|color| color.map(|channel| channel.clamp(0.0, 1.0)))
+}
+
+fn is_above_1(words: Words<'_>) -> bool {
+    channels(words).is_some_and(|color| color.iter().any(|&channel| channel > 1.0))
+}
+
+/// One number for all channels, or three.
+fn channels(mut words: Words<'_>) -> Option<[f32; 3]> {
     let red = number(&mut words)?;
-    let color = match number(&mut words) {
+    Some(match number(&mut words) {
         None => [red; 3],
         Some(green) => [red, green, number(&mut words)?],
-    };
-    Some(color.map(|channel| channel.clamp(0.0, 1.0)))
+    })
 }
 
 /// The number after `d` and its option `-halo`.

@@ -82,6 +82,7 @@ fn materials() {
     assert_eq!(
         mesh.notes,
         [
+            "folder/a b.mtl:5:1: `Kd` above 1, taken as 1",
             "folder/a b.mtl:13:1: `Kd` without valid numbers, ignored",
             "folder/a.obj: no material library has `no`: shown in grey"
         ]

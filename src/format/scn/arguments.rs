@@ -94,8 +94,11 @@ impl<'l, 'a> Arguments<'l, 'a> {
             0 => format!("nothing follows {name}, expected `{usage}`"),
             found => {
                 let comma = self.words.iter().any(|word| word.text.contains(&b','));
+                let is_named = !matches!(self.words[0].text, [b'-' | b'+' | b'.' | b'0'..=b'9', ..]);
                 let hint = if comma {
                     ", with spaces instead of commas"
+                } else if is_named && usage.ends_with("r g b") {
+                    ", a colour as three numbers such as `1 0.5 0`"
                 } else {
                     ""
                 };

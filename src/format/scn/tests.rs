@@ -130,6 +130,10 @@ fn counts() {
         "1:10: `light` with 2 of 4 values, expected `light x y z intensity`"
     );
     assert_eq!(
+        fault("background blue"),
+        "1:16: `background` with 1 of 3 values, expected `background r g b`, a colour as three numbers such as `1 0.5 0`"
+    );
+    assert_eq!(
         fault("material"),
         "1:9: nothing follows `material`, expected `material NAME`"
     );
