@@ -5,7 +5,8 @@
 //! positions, triangles, spheres -> Geometry: scene relative to its centre, BVH
 //! rays (any length, f32 or f64) -> unit rays in f32 (unit) -> many: packets through the tracer (worker)
 //!                                                          -> one: a visit with a sink (sinks, crossings, exact)
-//! points -> closest point (nearest), inside (inside: crossings on the way out)
+//! points -> in Z order (z_order) -> closest point (nearest)
+//!        -> inside (inside: crossings on the way out)
 //! ```
 //! All hits are those of the canonical test: the same for one ray and for many, at every level, on any number of threads.
 
@@ -26,6 +27,7 @@ mod starts;
 mod tests;
 mod unit;
 mod worker;
+mod z_order;
 
 pub use error::QueryError;
 pub use geometry::{AllHits, Geometry, Sphere, SurfacePoint};

@@ -43,10 +43,11 @@ thread_local! {
     static STACK: Cell<Stack> = const { Cell::new(Vec::new()) };
 }
 
-/// The best point so far, and the bounds for culling.
+/// The best point so far, if any, and the bounds for culling.
 struct Search {
     point: DVec3,
     best: ClosestPoint,
+    /// Square of the distance beyond which points are not wanted.
     squared: f64,
     /// Distance between the point and its rounding to `f32`.
     rounding: f64,
@@ -59,9 +60,10 @@ struct Search {
 }
 
 impl Search {
-    fn new(point: DVec3) -> Self {
+    /// Of what is no farther than the point `near` of the geometry, if it is known.
+    fn new(point: DVec3, near: Option<DVec3>) -> Self {
         let rounded = point.as_vec3();
-        Self {
+        let mut search = Self {
             point,
             best: ClosestPoint {
                 point: DVec3::NAN,
@@ -77,7 +79,12 @@ impl Search {
                 1.0
             },
             direction: Vec3::ZERO,
+        };
+        if let Some(near) = near {
+            search.squared = (near - point).length_squared() * (1.0 + SLACK);
+            search.cull_beyond(near);
         }
+        search
     }
 
     fn offer(&mut self, at: DVec3, primitive: PrimitiveId) {
@@ -86,12 +93,17 @@ impl Search {
             return;
         }
         self.squared = squared;
-        let distance = squared.sqrt();
         self.best = ClosestPoint {
             point: at,
-            distance,
+            distance: squared.sqrt(),
             primitive,
         };
+        self.cull_beyond(at);
+    }
+
+    /// Sets the bounds for culling: the best so far is at `at`.
+    fn cull_beyond(&mut self, at: DVec3) {
+        let distance = self.squared.sqrt();
         let reach = (distance + self.rounding) * (1.0 + SLACK) * f64::from(self.scale);
         self.limit = ((reach * reach) as f32).next_up();
         let towards = (at - self.point) * ((1.0 - SLACK) / distance);
@@ -104,12 +116,17 @@ impl Search {
 }
 
 /// Returns the closest point to `point`, both relative to the scene's origin; `None` if the hierarchy is empty or the
-/// point is not finite in `f32`.
-pub(super) fn closest(level: Level, bvh: &Bvh, point: DVec3) -> Option<ClosestPoint> {
+/// point is not finite in `f32`. A point `near` of the geometry changes the time, not the answer.
+pub(super) fn closest(level: Level, bvh: &Bvh, point: DVec3, near: Option<DVec3>) -> Option<ClosestPoint> {
     if !point.as_vec3().is_finite() {
         return None;
     }
-    let mut search = Search::new(point);
+    let found = search(level, bvh, Search::new(point, near));
+    // Rounding may have moved `near` off the geometry.
+    found.or_else(|| near.and_then(|_| search(level, bvh, Search::new(point, None))))
+}
+
+fn search(level: Level, bvh: &Bvh, mut search: Search) -> Option<ClosestPoint> {
     let mut stack = STACK.take();
     stack.clear();
     match bvh.triangle_blocks() {

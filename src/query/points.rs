@@ -1,19 +1,30 @@
 //! Point queries: closest point, inside or outside, signed distance.
 
-use super::{ClosestPoint, Geometry, Points, QueryError, inside, nearest};
+use super::{ClosestPoint, Geometry, Points, QueryError, inside, nearest, z_order::in_z_order};
 use glam::DVec3;
 use rayon::prelude::*;
 
 /// Points per task.
+// Tuned: see docs/lab-notes.md#varied-constants
 const POINTS: usize = 256;
+
+/// Points that are ordered together, at most: in more points neighbours are nearer, but they need more memory.
+// Tuned: see docs/lab-notes.md#closest-points
+const MOST_ORDERED: usize = 65_536;
 
 impl Geometry {
     /// Finds the closest point of the geometry; of equally near primitives, the one with the lowest id. `None` if there
     /// is nothing, or the point is not finite in `f32`.
     #[must_use]
     pub fn closest_point(&self, point: impl Into<DVec3>) -> Option<ClosestPoint> {
+        self.closest_near(point.into(), &mut None)
+    }
+
+    /// Begins with what is known of a point nearby, and leaves what is known of this one.
+    fn closest_near(&self, point: DVec3, near: &mut Option<DVec3>) -> Option<ClosestPoint> {
         let middle = self.middle();
-        let found = nearest::closest(self.level(), self.bvh(), point.into() - middle)?;
+        let found = nearest::closest(self.level(), self.bvh(), point - middle, *near)?;
+        *near = Some(found.point);
         Some(ClosestPoint {
             point: found.point + middle,
             ..found
@@ -25,7 +36,9 @@ impl Geometry {
     /// # Panics
     /// If points and answers differ in number.
     pub fn closest_points<'p>(&self, points: impl Into<Points<'p>>, closest: &mut [Option<ClosestPoint>]) {
-        for_points(points.into(), closest, |point| self.closest_point(point));
+        for_neighbours(points.into(), closest, |point, near| {
+            self.closest_near(point, near)
+        });
     }
 
     /// Checks that the triangles enclose a volume: every edge belongs to an even number of them, where vertices at the same
@@ -80,11 +93,11 @@ impl Geometry {
     /// As [`Geometry::check_closed`].
     pub fn signed_distance(&self, point: impl Into<DVec3>) -> Result<f64, QueryError> {
         self.check_closed()?;
-        Ok(self.signed(point.into()))
+        Ok(self.signed(point.into(), &mut None))
     }
 
-    fn signed(&self, point: DVec3) -> f64 {
-        match self.closest_point(point) {
+    fn signed(&self, point: DVec3, near: &mut Option<DVec3>) -> f64 {
+        match self.closest_near(point, near) {
             Some(closest) if closest.distance == 0.0 || self.is_inside(point) => closest.distance,
             Some(closest) => -closest.distance,
             None if self.bounds().is_none() && !point.is_nan() => f64::NEG_INFINITY,
@@ -105,7 +118,7 @@ impl Geometry {
         distances: &mut [f64],
     ) -> Result<(), QueryError> {
         self.check_closed()?;
-        for_points(points.into(), distances, |point| self.signed(point));
+        for_neighbours(points.into(), distances, |point, near| self.signed(point, near));
         Ok(())
     }
 }
@@ -118,5 +131,22 @@ fn for_points<T: Send>(points: Points<'_>, answers: &mut [T], answer: impl Fn(DV
         for (i, to) in answers.iter_mut().enumerate() {
             *to = answer(points.get(piece * POINTS + i));
         }
+    });
+}
+
+/// Calls `answer` for each point, with the closest point to the one before: neighbours follow each other.
+fn for_neighbours<T: Send>(
+    points: Points<'_>,
+    answers: &mut [T],
+    answer: impl Fn(DVec3, &mut Option<DVec3>) -> T + Sync,
+) {
+    assert_eq!(points.len(), answers.len(), "an answer for each point");
+    let even = points.len().div_ceil(4 * rayon::current_num_threads());
+    let size = even.clamp(POINTS, MOST_ORDERED);
+    let pieces = answers.par_chunks_mut(size).enumerate();
+    pieces.for_each(|(piece, answers)| {
+        let point = |i: usize| points.get(piece * size + i);
+        let mut near = None;
+        in_z_order(answers.len(), point, |i| answers[i] = answer(point(i), &mut near));
     });
 }

@@ -8,10 +8,10 @@ mod exact;
 mod meshes;
 #[cfg(test)]
 mod needles;
+#[cfg(test)]
+mod points;
 
-use super::{
-    Geometry, Points, QueryError, Ray, Rays, Sphere, nearest::on_triangle, sinks::in_order, unit::UnitRay,
-};
+use super::{Geometry, Points, QueryError, Ray, Rays, Sphere, sinks::in_order, unit::UnitRay};
 use crate::{ray::Hit, reference::brute, simd::Level};
 use glam::{DVec3, Vec3};
 
@@ -268,43 +268,6 @@ fn what_is_not_closed_has_no_inside() {
     assert!(far.signed_distance(DVec3::splat(1e39)).unwrap().is_nan());
     assert!(nothing.bounds().is_none() && nothing.closest_point(DVec3::ZERO).is_none());
     assert!(nothing.closest_hit(&Ray::new(Vec3::ZERO, Vec3::X)).is_none());
-}
-
-#[test]
-fn closest_points_are_those_of_all_triangles() {
-    let mut random = Random::new(34);
-    for (positions, triangles) in meshes() {
-        let geometry = Geometry::from_triangles(&positions, &triangles).unwrap();
-        let points: Vec<[f64; 3]> = (0..1500)
-            .map(|i| {
-                let scale = [1.0, 3.0, 1e6, 1e30][i % 4];
-                let at = random.vector() * scale;
-                let at = if i % 3 == 0 { at.round() } else { at };
-                at.as_dvec3().to_array()
-            })
-            .collect();
-        let mut closest = vec![None; points.len()];
-        geometry.closest_points(&points, &mut closest);
-        for (&point, closest) in points.iter().zip(&closest) {
-            let point = DVec3::from_array(point);
-            let (mut best, mut id) = (f64::INFINITY, u32::MAX);
-            for i in (0..triangles.len()).filter(|&i| geometry.scene().has_area(i)) {
-                let at = on_triangle(point, geometry.scene().triangle(i));
-                let squared = (at - point).length_squared();
-                if squared < best {
-                    (best, id) = (squared, i as u32);
-                }
-            }
-            let closest = closest.unwrap();
-            assert_eq!(
-                (closest.distance, closest.primitive.0),
-                (best.sqrt(), id),
-                "{point}"
-            );
-            assert!(((closest.point - point).length() - closest.distance).abs() <= 1e-12 * closest.distance);
-        }
-        assert!(geometry.closest_point(DVec3::NAN).is_none());
-    }
 }
 
 #[test]
