@@ -13,7 +13,7 @@ use crate::{
 use glam::Vec3;
 
 /// The most primitives of a leaf: primitives tested against nodes visited.
-// Estimate: see docs/lab-notes.md#estimates
+// Tuned: see docs/lab-notes.md#varied-constants
 const LEAF_SIZE: u32 = 4;
 
 /// A node: its own box, and either the first of two adjacent children or a range of primitives.

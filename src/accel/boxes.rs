@@ -188,7 +188,7 @@ pub(super) fn into_ids(boxes: Vec<Box8>) -> Vec<PrimitiveId> {
 }
 
 /// This many boxes are sampled to find out whether many are equal: time for each build against certainty.
-// Estimate: see docs/lab-notes.md#estimates
+// Tuned: see docs/lab-notes.md#varied-constants
 const SAMPLE: usize = 4096;
 
 /// Whether many boxes of a sample are equal. Pairs are ignored: both triangles of an axis-aligned rectangle have one box.

@@ -10,7 +10,7 @@ pub(super) const WIDTH: usize = 8;
 
 /// Cost of a visit to an inner node, of a visit to a block, and of each primitive in a block, in visits to inner nodes: they
 /// trade fuller blocks for fewer primitives tested.
-// Estimate: see docs/lab-notes.md#estimates
+// Tuned: see docs/lab-notes.md#varied-constants
 const NODE_COST: f32 = 1.0;
 const BLOCK_COST: f32 = 0.8;
 const PRIMITIVE_COST: f32 = 0.05;

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// The most bins of an axis: a power of two, so that a masked index needs no check. More find better planes in more time.
-// Estimate: see docs/lab-notes.md#estimates
+// Tuned: see docs/lab-notes.md#varied-constants
 const BINS: usize = 16;
 
 /// How thorough a build is.
@@ -30,7 +30,7 @@ pub(super) struct Effort {
 
 /// Sets of more primitives are binned and divided in parallel, in chunks of half of it: idle threads against the cost of
 /// tasks.
-// Estimate: see docs/lab-notes.md#estimates
+// Tuned: see docs/lab-notes.md#varied-constants
 const PARALLEL: usize = 1 << 15;
 const CHUNK: usize = 1 << 14;
 

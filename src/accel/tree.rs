@@ -27,7 +27,7 @@ pub(super) fn subtree_size(count: usize) -> usize {
 }
 
 /// Sets of more primitives find their centres' box in parallel: idle threads against the cost of tasks.
-// Estimate: see docs/lab-notes.md#estimates
+// Tuned: see docs/lab-notes.md#varied-constants
 pub(super) const PARALLEL: usize = 1 << 15;
 
 /// The number of levels that the [`Divider`] decides in a tree of `count` primitives; below, sets are halved.

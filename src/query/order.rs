@@ -12,6 +12,7 @@ use glam::Vec3;
 const BUNDLE: usize = 32;
 
 /// Fewer packets are not worth it.
+// Tuned: see docs/lab-notes.md#varied-constants
 const LEAST: usize = 4 * BUNDLE;
 
 /// Rays are sorted if bundles are longer than squares of as many rays by this factor.
@@ -19,6 +20,7 @@ const LEAST: usize = 4 * BUNDLE;
 const TOLERATED: f32 = 3.0;
 
 /// Rays are sorted if neighbours are farther apart than this fraction of the extent of all.
+// Tuned: see docs/lab-notes.md#varied-constants
 const UNORDERED: f32 = 0.125;
 
 /// Bits of a sorting key for each of two axes. Rays of one cell keep their order.
@@ -31,7 +33,8 @@ const STEPS: f32 = (1 << BITS) as f32;
 const KEYS: usize = 2 << (2 * BITS);
 
 /// One in this many packets is sampled for the axes.
-const STRIDE: usize = 4;
+// Tuned: see docs/lab-notes.md#varied-constants
+const STRIDE: usize = 16;
 
 /// Rays in another order, and where they belong.
 #[derive(Debug, Default)]

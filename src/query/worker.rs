@@ -17,6 +17,7 @@ use glam::Vec3;
 use std::cell::Cell;
 
 /// Packets that are prepared, traced and reported at a time: they stay in the L2 cache.
+// Tuned: see docs/lab-notes.md#varied-constants
 const PACKETS: usize = 2048;
 
 /// Rays per task.

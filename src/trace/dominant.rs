@@ -10,7 +10,7 @@ use glam::Vec3;
 
 /// Least component of a frustum's rays along its axis, of unit directions; below, its slopes are too far apart to cull
 /// anything. Less makes larger groups with wider frusta.
-// Estimate: see docs/lab-notes.md#estimates
+// Tuned: see docs/lab-notes.md#varied-constants
 pub(super) const LEAST_ALONG_K: f32 = 0.3;
 
 /// The sum of all lanes, times a factor that depends only on the width.

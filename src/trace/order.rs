@@ -26,11 +26,11 @@ const RAYS: usize = PACKETS * LANES;
 const SQUARES: usize = 6 * 4;
 
 /// One in this many packets is sampled for the policy's decisions: time against certainty.
-// Estimate: see docs/lab-notes.md#estimates
+// Tuned: see docs/lab-notes.md#varied-constants
 const SAMPLED: usize = 8;
 
 /// Cells along either side of the square in which rays with a shared origin are sorted: a group has four rays a cell.
-// Estimate: see docs/lab-notes.md#estimates
+// Tuned: see docs/lab-notes.md#varied-constants
 const CELLS: usize = 32;
 
 /// Memory for sorting.
@@ -147,9 +147,6 @@ impl Sorted {
     /// at its sides.
     #[inline(always)]
     pub fn by_place<S: Simd>(&mut self, simd: S, rays: &[RayPacket]) -> bool {
-        if !CoherencePolicy::sorts_many(rays.len()) {
-            return false;
-        }
         let octahedron = Octahedron::toward(sum_of_live(simd, rays.iter().step_by(SAMPLED)));
         let (mut lower, mut upper) = ([1.0_f32; 2], [-1.0_f32; 2]);
         let mut sizes = [0.0_f32; PACKETS / SAMPLED];

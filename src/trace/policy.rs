@@ -46,26 +46,22 @@ impl RayKind {
 pub(super) const ENTRY_PACKETS: usize = 128;
 
 /// Groups that skip sorting after it did not help: time for sorting in vain against rays that become sortable.
-// Estimate: see docs/lab-notes.md#estimates
-const SKIPPED_SORTS: u32 = 8;
+// Tuned: see docs/lab-notes.md#varied-constants
+const SKIPPED_SORTS: u32 = 32;
 
 /// Sorting rays with separate origins pays if one sampled packet in this many has rays through more than one face of a
 /// cube map.
-// Estimate: see docs/lab-notes.md#estimates
+// Tuned: see docs/lab-notes.md#varied-constants
 const MIXED_ONE_IN: usize = 4;
 
 /// Sorting rays with a shared origin pays if one sampled packet in this many is [spread](SPREAD).
-// Estimate: see docs/lab-notes.md#estimates
-const SPREAD_ONE_IN: usize = 5;
+// Tuned: see docs/lab-notes.md#varied-constants
+const SPREAD_ONE_IN: usize = 16;
 
 /// A packet is spread if the square around its rays' targets exceeds its share of the square around all targets by this
 /// factor. (On a smooth surface it is at most about 2.)
-// Estimate: see docs/lab-notes.md#estimates
+// Tuned: see docs/lab-notes.md#varied-constants
 pub(super) const SPREAD: f32 = 2.5;
-
-/// Fewer packets with a shared origin are not sorted: they are half a bundle, and sorting costs as much as for many.
-// Estimate: see docs/lab-notes.md#estimates
-pub(super) const FEWEST_SORTED: usize = 32;
 
 /// With more primitives per ray in the way than this, rays go singly through an instance: triangles are smaller than the
 /// gaps between rays.
@@ -73,7 +69,7 @@ pub(super) const FEWEST_SORTED: usize = 32;
 const SPARSE: usize = 8;
 
 /// A single ray through a subtree costs about as much as this many packets at a leaf.
-// Estimate: see docs/lab-notes.md#estimates
+// Tuned: see docs/lab-notes.md#varied-constants
 const ALONE: usize = 8;
 
 /// Sorting may pay above this many tenths of a packet at a leaf per ray.
@@ -82,7 +78,7 @@ const HIGH_X10: usize = 5;
 
 /// After an incoherent bundle this many are traced as single rays before another bundle is tried; the count doubles up to
 /// the maximum each time that one is incoherent again.
-// Estimate: see docs/lab-notes.md#estimates
+// Tuned: see docs/lab-notes.md#varied-constants
 const SKIPPED_BUNDLES: std::ops::RangeInclusive<u32> = 3..=48;
 
 /// How rays are grouped.
@@ -158,12 +154,6 @@ impl CoherencePolicy {
     #[inline(always)]
     pub fn sorts_mixed(mixed: usize, sampled: usize) -> bool {
         mixed * MIXED_ONE_IN >= sampled
-    }
-
-    /// Returns whether a group with a shared origin has enough packets for sorting to pay.
-    #[inline(always)]
-    pub fn sorts_many(packets: usize) -> bool {
-        packets >= FEWEST_SORTED
     }
 
     /// Returns whether sorting pays, given how many of the `sampled` packets with a shared origin are [spread](SPREAD).
