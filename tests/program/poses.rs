@@ -62,6 +62,74 @@ fn saved_poses_make_the_same_pictures() {
     assert_eq!(read(&folder, "a-0004.png"), read(&folder, "r_4.png"));
 }
 
+/// The paths in the file lead from its own folder to the pictures, whatever way they were named.
+#[test]
+fn saved_paths_start_at_the_file_of_poses() {
+    let folder = Folder::new();
+    for inner in ["out", "poses", "out/deep"] {
+        fs::create_dir(folder.path(inner)).expect("a folder");
+    }
+    let absolute = |name: &str| folder.path(name).to_str().expect("UTF-8").to_owned();
+    for (output, poses, expected) in [
+        ("out/a#.png", "out/t.json", "a1.png"),
+        ("out/a#.png", "t.json", "out/a1.png"),
+        ("out/a#.png", "./out/t.json", "a1.png"),
+        ("out/a#.png", &absolute("out/t.json"), "a1.png"),
+        (&absolute("out/a#.png"), "t.json", "out/a1.png"),
+        (&absolute("out/a#.png"), "out/t.json", "a1.png"),
+        ("out/a#.png", "poses/t.json", "../out/a1.png"),
+        ("./out/a#.png", "out/t.json", "a1.png"),
+        ("a#.png", "out/t.json", "../a1.png"),
+        ("a#.png", "out/deep/t.json", "../../a1.png"),
+        ("out/../a#.png", "out/t.json", "../a1.png"),
+    ] {
+        folder
+            .run(&[
+                "a.scn",
+                "--size=8x6",
+                "--turntable=1",
+                "--aov=mask",
+                "-o",
+                output,
+                "--save-poses",
+                poses,
+            ])
+            .succeeded();
+        let text = String::from_utf8(read(&folder, poses)).expect("text");
+        let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        let frame = &json["frames"][0];
+        assert_eq!(frame["file_path"], expected, "{output} {poses}");
+        for key in ["file_path", "mask_path"] {
+            let path = frame[key].as_str().expect("a path");
+            let file = folder.path(poses).parent().expect("a folder").join(path);
+            assert!(file.is_file(), "{output} {poses}: {path}");
+        }
+        fs::remove_file(folder.path(poses)).expect("written above");
+    }
+    // A file of poses outside of the working directory.
+    let other = Folder::new();
+    let poses = other.path("t.json");
+    let poses = poses.to_str().expect("UTF-8");
+    folder
+        .run(&[
+            "a.scn",
+            "--size=8x6",
+            "--turntable=1",
+            "-o",
+            "b#.png",
+            "--save-poses",
+            poses,
+        ])
+        .succeeded();
+    let text = fs::read_to_string(poses).expect("text");
+    let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let path = json["frames"][0]["file_path"].as_str().expect("a path");
+    assert!(
+        path.starts_with("../") && other.path(path).is_file(),
+        "{path}"
+    );
+}
+
 /// A data set of a made-up sphere of views, with what programs read beside the colours.
 #[test]
 fn a_sphere_of_views_is_a_data_set() {

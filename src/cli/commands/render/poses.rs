@@ -10,7 +10,7 @@ use crate::{
     render::Settings,
     scene::Camera,
 };
-use std::path::Path;
+use std::path::{Component, Path};
 
 impl Call<'_> {
     /// The camera of a frame: a pose, or that of the scene or its options, turned for a turntable.
@@ -49,11 +49,7 @@ impl Call<'_> {
     /// Remembers the camera of a picture.
     pub fn save_pose(&mut self, frame: &Frame, camera: &Camera) {
         if let (Some(path), Some(saved)) = (&self.plan.save_poses, &mut self.saved_poses) {
-            let relative = |output: &Output| {
-                let file = Path::new(output.full_name());
-                let relative = path.parent().and_then(|folder| file.strip_prefix(folder).ok());
-                relative.unwrap_or(file).to_string_lossy().into_owned()
-            };
+            let relative = |output: &Output| seen_from(path, Path::new(output.full_name()));
             let files = PoseFiles {
                 picture: relative(&frame.output),
                 mask: frame.aovs.file(AovKind::Mask).map(relative),
@@ -71,4 +67,31 @@ impl Call<'_> {
         self.inputs.check_json(Some(&target))?;
         write_json(&target, &json_line(saved))
     }
+}
+
+/// The path of `file` as seen from the folder of the file `from`, with `/` between names; `file` itself if they share no
+/// folder, as on two drives.
+fn seen_from(from: &Path, file: &Path) -> String {
+    let joined = |parts: &mut dyn Iterator<Item = Component<'_>>| {
+        let parts: Vec<_> = parts.map(|part| part.as_os_str().to_string_lossy()).collect();
+        parts.join("/")
+    };
+    let lexical = from.parent().and_then(|folder| file.strip_prefix(folder).ok());
+    if let Some(inside) = lexical.filter(|_| from.is_absolute() == file.is_absolute()) {
+        return joined(&mut inside.components());
+    }
+    let folder = |of: &Path| {
+        let folder = of.parent().filter(|folder| !folder.as_os_str().is_empty());
+        folder.unwrap_or(Path::new(".")).canonicalize()
+    };
+    if let (Ok(here), Ok(there), Some(name)) = (folder(from), folder(file), file.file_name()) {
+        let pairs = here.components().zip(there.components());
+        let shared = pairs.take_while(|(a, b)| a == b).count();
+        if shared > 0 {
+            let up = here.components().skip(shared).map(|_| Component::ParentDir);
+            let down = there.components().skip(shared);
+            return joined(&mut up.chain(down).chain([Component::Normal(name)]));
+        }
+    }
+    file.to_string_lossy().into_owned()
 }
