@@ -4,10 +4,10 @@ use super::Call;
 use crate::{
     cli::{
         CliError,
-        plan::{Frame, JsonTarget, PoseFiles, SavedPoses, Turn},
-        write::{AovKind, Output, json_line, write_json},
+        plan::{Frame, JsonTarget, Look, PoseFiles, SavedPoses, Turn},
+        report,
+        write::{AovKind, Output, RenderedAovs, json_line, write_json},
     },
-    render::Settings,
     scene::Camera,
 };
 use std::path::{Component, Path};
@@ -32,17 +32,16 @@ impl Call<'_> {
         })
     }
 
-    /// Refuses to save the pose of an orthographic camera, or of one with another field of view than those before, before its
-    /// picture is rendered.
-    pub fn prepare_poses(&mut self, camera: &Camera, settings: &Settings) -> Result<(), CliError> {
+    /// Refuses to save the pose of an orthographic camera, before its picture is rendered.
+    pub fn prepare_poses(&mut self, camera: &Camera, look: &Look) -> Result<(), CliError> {
         if self.plan.save_poses.is_none() {
             return Ok(());
         }
-        let poses = SavedPoses::new(camera, [settings.width, settings.height])?;
-        if let Some(saved) = &self.saved_poses {
-            return saved.check_fits(&poses);
-        }
-        self.saved_poses = Some(poses);
+        SavedPoses::check(camera)?;
+        let Look { settings, picture } = look;
+        let size = [settings.width, settings.height];
+        let new = || SavedPoses::new(size, picture.z_step);
+        self.saved_poses.get_or_insert_with(new);
         Ok(())
     }
 
@@ -59,13 +58,23 @@ impl Call<'_> {
         }
     }
 
+    /// Warns of depth beyond the range of its file, once.
+    pub fn warn_of_depth(&mut self, frame: &Frame, aovs: Option<&RenderedAovs>) {
+        if self.plan.quiet || self.warned_of_depth {
+            return;
+        }
+        let warning = aovs.and_then(|aovs| frame.aovs.warning(aovs));
+        self.warned_of_depth = warning.is_some();
+        report::warnings(warning.into_iter());
+    }
+
     pub fn write_poses(&self) -> Result<(), CliError> {
         let (Some(path), Some(saved)) = (&self.plan.save_poses, &self.saved_poses) else {
             return Ok(());
         };
         let target = JsonTarget::File(path.clone());
         self.inputs.check_json(Some(&target))?;
-        write_json(&target, &json_line(saved))
+        write_json(&target, &json_line(&saved.file()))
     }
 }
 
