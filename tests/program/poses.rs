@@ -406,6 +406,23 @@ fn depth_has_a_step() {
     }
 }
 
+/// Components of normals are rounded to the nearest byte.
+#[test]
+fn normals_are_rounded() {
+    let folder = Folder::new();
+    folder.write(
+        "n.scn",
+        "light 0 0 9 1\ncamera eye 0 0 5 target 0 0 0 up 0 1 0\ntriangle -9 -9 0  9 -9 0  0 9 0\n",
+    );
+    folder
+        .run_line("n.scn --size 9x9 --aov normal -o n.png")
+        .succeeded();
+    let normals = image::open(folder.path("n.normal.png"))
+        .expect("a picture")
+        .into_rgb8();
+    assert_eq!(normals.get_pixel(4, 4).0, [128, 128, 255]);
+}
+
 #[test]
 fn broken_poses_are_refused() {
     let folder = Folder::new();

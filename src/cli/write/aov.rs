@@ -228,7 +228,7 @@ pub fn picture(aovs: &Aovs, which: AovKind, range: DepthRange, transfer: Transfe
         AovKind::Albedo => transfer.encode(pixel.albedo),
         _ if pixel.primitive == PrimitiveId::NONE => [0; 3],
         AovKind::Depth => [range.gray(pixel.depth); 3],
-        AovKind::Normal => pixel.normal.map(|c| quantize(c * 0.5 + 0.5)),
+        AovKind::Normal => pixel.normal.map(|c| libm::roundf(c * 127.5 + 127.5) as u8),
         AovKind::Id => id_color(pixel.primitive, pixel.instance),
         AovKind::Mask | AovKind::Z | AovKind::Instance => [255; 3],
     };
