@@ -65,7 +65,7 @@ impl Call<'_> {
         }
         let warning = aovs.and_then(|aovs| frame.aovs.warning(aovs));
         self.warned_of_depth = warning.is_some();
-        report::warnings(warning.into_iter());
+        report::warnings(warning);
     }
 
     pub fn write_poses(&self) -> Result<(), CliError> {
