@@ -153,7 +153,7 @@ impl PoseFile {
         let mut notes = Vec::new();
         if self.is_curved {
             notes.push(format!(
-                "{path}: left out: lens distortion: the cameras are rendered as pinholes"
+                "{path}: left out: lens distortion (the cameras are rendered as pinholes)"
             ));
         }
         if is_unplaced {
