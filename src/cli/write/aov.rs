@@ -10,7 +10,7 @@ use crate::{
     heat::heat,
     math::Aabb,
     ray::{InstanceId, PrimitiveId},
-    render::{Aov, Aovs, ByteFilm, Settings, Transfer, quantize},
+    render::{Aov, Aovs, ByteFilm, Settings, Transfer, nearest_byte, quantize},
     scene::{Camera, Projection},
 };
 use glam::Vec3;
@@ -228,7 +228,7 @@ pub fn picture(aovs: &Aovs, which: AovKind, range: DepthRange, transfer: Transfe
         AovKind::Albedo => transfer.encode(pixel.albedo),
         _ if pixel.primitive == PrimitiveId::NONE => [0; 3],
         AovKind::Depth => [range.gray(pixel.depth); 3],
-        AovKind::Normal => pixel.normal.map(|c| libm::roundf(c * 127.5 + 127.5) as u8),
+        AovKind::Normal => pixel.normal.map(|c| nearest_byte(c * 0.5 + 0.5)),
         AovKind::Id => id_color(pixel.primitive, pixel.instance),
         AovKind::Mask | AovKind::Z | AovKind::Instance => [255; 3],
     };
