@@ -1,6 +1,8 @@
 //! Cameras, and the order in which their pixels are traced.
 
-use super::{CameraError, Lens, PixelRays, Projection, Scene, View, pixel_rays::ThinLens};
+use super::{
+    CameraError, ImagePlane, Intrinsics, Lens, PixelRays, Projection, Scene, View, pixel_rays::ThinLens,
+};
 use glam::{DVec3, Vec3};
 
 /// The most samples along a side of a picture: sample offsets are integers that must be exact in `f32`.
@@ -25,6 +27,7 @@ pub struct Camera {
     half_height: f64,
     /// Distance in focus.
     focus: f64,
+    plane: ImagePlane,
 }
 
 impl Camera {
@@ -67,7 +70,31 @@ impl Camera {
             up: right.cross(forward),
             half_height,
             focus,
+            plane: ImagePlane::CENTERED,
         })
+    }
+
+    /// Returns the camera with another image plane. The field of view becomes that of a picture of the same height around the
+    /// optical axis.
+    ///
+    /// # Errors
+    /// [`CameraError::PrincipalOffset`] or [`CameraError::PixelAspect`] if a number is out of range.
+    pub fn with_image_plane(self, plane: ImagePlane) -> Result<Self, CameraError> {
+        plane.check()?;
+        Ok(Self { plane, ..self })
+    }
+
+    /// Returns how the picture lies in the image plane.
+    #[must_use]
+    pub fn image_plane(&self) -> ImagePlane {
+        self.plane
+    }
+
+    /// Returns the focal lengths and the principal point in a picture of `width` x `height` pixels; `None` for an orthographic
+    /// camera.
+    #[must_use]
+    pub fn intrinsics(&self, width: u32, height: u32) -> Option<Intrinsics> {
+        Intrinsics::new(self.view.projection, self.plane, [width, height])
     }
 
     /// Returns the camera with a pinhole instead of its lens.
@@ -84,7 +111,7 @@ impl Camera {
         self.view.lens.aperture > 0.0
     }
 
-    /// Returns the parameters of the camera.
+    /// Returns the parameters of the camera, without its [`ImagePlane`].
     #[must_use]
     pub fn view(&self) -> View {
         self.view
@@ -125,16 +152,34 @@ impl Camera {
         };
         // Half a sample's width: sample centres are odd multiples of it.
         let step = (self.half_height / (f64::from(height) * f64::from(n))) as f32;
+        let is_parallel = matches!(self.view.projection, Projection::Orthographic { .. });
+        let (mut eye, mut forward, mut right) = (self.view.eye, self.forward, self.right);
+        let mut shift = [0.0; 2];
+        // Adding 0 would change the sign of -0.
+        if self.plane != ImagePlane::CENTERED {
+            shift = self.plane.shift(self.half_height);
+            let center = if is_parallel { &mut eye } else { &mut forward };
+            *center += self.right * shift[0] + self.up * shift[1];
+            right *= self.plane.pixel_aspect;
+        }
+        let stretch = self.plane.pixel_aspect as f32;
         PixelRays {
-            eye: (self.view.eye - scene.origin().as_dvec3()).as_vec3(),
-            forward: self.forward.as_vec3(),
-            right: self.right.as_vec3(),
+            eye: (eye - scene.origin().as_dvec3()).as_vec3(),
+            forward: forward.as_vec3(),
+            right: right.as_vec3(),
             up: self.up.as_vec3(),
             step,
-            is_parallel: matches!(self.view.projection, Projection::Orthographic { .. }),
-            lens: self.has_lens().then(|| ThinLens {
-                radius: (0.5 * self.view.lens.aperture) as f32,
-                slope: (0.5 * self.view.lens.aperture / self.focus) as f32,
+            shift: shift.map(|shift| shift as f32),
+            stretch,
+            is_parallel,
+            lens: self.has_lens().then(|| {
+                let radius = (0.5 * self.view.lens.aperture) as f32;
+                let slope = (0.5 * self.view.lens.aperture / self.focus) as f32;
+                // The lens is a circle, although `right` is stretched.
+                ThinLens {
+                    radius: [radius / stretch, radius],
+                    slope: [slope / stretch, slope],
+                }
             }),
             samples_per_axis: n as i32,
             width_samples: along(width),

@@ -8,6 +8,7 @@ mod environment;
 mod faults;
 mod fit;
 mod image;
+mod image_plane;
 mod instance;
 mod light;
 mod material;
@@ -36,6 +37,7 @@ pub use environment::{Environment, EnvironmentPicture, MAX_ENVIRONMENT_SIDE};
 pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};
 pub use image::{Curve, Image, MAX_IMAGE_SIDE, Texture, Wrap};
+pub use image_plane::{ImagePlane, Intrinsics};
 #[cfg(feature = "gltf")]
 pub(crate) use instance::Placing;
 pub(crate) use instance::{ImageRay, Placement};

@@ -48,10 +48,10 @@ impl RayCone {
 /// A lens in the units of [`PixelRays`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ThinLens {
-    /// Scene units.
-    pub radius: f32,
+    /// Scene units, along `right` and `up`.
+    pub radius: [f32; 2],
     /// The radius over the distance in focus.
-    pub slope: f32,
+    pub slope: [f32; 2],
 }
 
 /// Factors of points of the picture, in half samples, and of the lens, in radii.
@@ -60,8 +60,8 @@ struct Steps {
     slope: f32,
     /// Origin of the ray per unit of picture position.
     place: f32,
-    /// Slope and origin of the ray per unit of lens position.
-    lens: [f32; 2],
+    /// Slope and origin of the ray per unit of lens position, right and up.
+    lens: [[f32; 2]; 2],
 }
 
 /// The camera rays of one picture size. A ray depends only on the absolute pixel, so a crop has the rays of the whole
@@ -69,11 +69,17 @@ struct Steps {
 #[derive(Clone, Copy, Debug)]
 pub struct PixelRays {
     pub(super) eye: Vec3,
+    /// To the picture's centre: the unit view direction, moved by `shift`.
     pub(super) forward: Vec3,
+    /// Its length is `stretch`.
     pub(super) right: Vec3,
     pub(super) up: Vec3,
-    /// Half a sample's width: at distance 1, or everywhere if rays are parallel.
+    /// Half a sample's height: at distance 1, or everywhere if rays are parallel.
     pub(super) step: f32,
+    /// The picture's centre relative to the optical axis, right and up, in the units of `step`.
+    pub(super) shift: [f32; 2],
+    /// Width of a sample over its height.
+    pub(super) stretch: f32,
     /// All rays have the same direction and separate origins.
     pub(super) is_parallel: bool,
     /// `None` for a pinhole.
@@ -102,10 +108,10 @@ impl PixelRays {
         self.samples_per_axis as u32
     }
 
-    /// Returns the cone of a sample at the picture's centre.
+    /// Returns the cone of a sample around the optical axis, as wide as a square of the sample's area.
     #[must_use]
     pub fn cone(&self) -> RayCone {
-        let width = 2.0 * self.step;
+        let width = 2.0 * self.step * self.stretch.sqrt();
         if self.is_parallel {
             RayCone {
                 start: width,
@@ -161,8 +167,8 @@ impl PixelRays {
             simd.mul_add3(self.up, up, simd.mul_add3(self.right, right, from))
         };
         let [a, b] = lens;
-        let origin = [right * place + a * radius, up * place + b * radius];
-        let slopes = [right * slope - a * lens_slope, up * slope - b * lens_slope];
+        let origin = [right * place + a * radius[0], up * place + b * radius[1]];
+        let slopes = [right * slope - a * lens_slope[0], up * slope - b * lens_slope[1]];
         Ray::new(
             along(self.eye, origin),
             simd.normalize(along(self.forward, slopes)),
@@ -172,7 +178,7 @@ impl PixelRays {
     /// Returns the factors for rays with separate origins.
     #[inline(always)]
     fn steps(&self) -> Steps {
-        let lens = self.lens.map_or([0.0; 2], |lens| [lens.slope, lens.radius]);
+        let lens = self.lens.map_or([[0.0; 2]; 2], |lens| [lens.slope, lens.radius]);
         let (slope, place) = if self.is_parallel {
             (0.0, self.step)
         } else {
@@ -317,10 +323,10 @@ impl PixelRays {
             lens: [lens_slope, radius],
         } = self.steps();
         let (right_axis, up_axis) = (simd.splat3(self.right), simd.splat3(self.up));
-        let origin = right_axis.mul_add(right * place + a * radius, simd.splat3(self.eye));
-        let origin = up_axis.mul_add(up * place + b * radius, origin);
-        let direction = right_axis.mul_add(right * slope - a * lens_slope, simd.splat3(self.forward));
-        let direction = up_axis.mul_add(up * slope - b * lens_slope, direction);
+        let origin = right_axis.mul_add(right * place + a * radius[0], simd.splat3(self.eye));
+        let origin = up_axis.mul_add(up * place + b * radius[1], origin);
+        let direction = right_axis.mul_add(right * slope - a * lens_slope[0], simd.splat3(self.forward));
+        let direction = up_axis.mul_add(up * slope - b * lens_slope[1], direction);
         (origin.to8(), direction.normalize().to8())
     }
 
@@ -331,6 +337,9 @@ impl PixelRays {
     #[must_use]
     pub fn corners(&self, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> [Vec3; 4] {
         let pixel = (2 * self.samples_per_axis) as f32 * self.step;
+        let [shift_right, shift_up] = self.shift;
+        // Rounding is relative to the vector to the picture's centre, too.
+        let shift_squared = shift_right * shift_right + shift_up * shift_up;
         [(-1.0, 1.0), (1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].map(|(rightwards, upwards)| {
             let (right, up) = self.offsets(
                 if rightwards > 0.0 { x + width } else { x },
@@ -338,11 +347,14 @@ impl PixelRays {
                 [0, 0],
             );
             let (right, up) = (right * self.step, up * self.step);
-            if right.abs().max(up.abs()) > MAX_CORNER_SLOPE {
+            // Slopes of the corner. The sums are exact without a shift.
+            let (x, y) = (shift_right + right * self.stretch, shift_up + up);
+            if x.abs().max(y.abs()).max(shift_right.abs()).max(shift_up.abs()) > MAX_CORNER_SLOPE {
                 return Vec3::NAN;
             }
-            let margin = 2.0 * pixel + CORNER_MARGIN * (1.0 + right * right + up * up);
-            let along_right = Portable.mul_add3(self.right, right + rightwards * margin, self.forward);
+            let rounding = CORNER_MARGIN * (1.0 + x * x + y * y + shift_squared);
+            let (margin, margin_right) = (2.0 * pixel + rounding, 2.0 * pixel + rounding / self.stretch);
+            let along_right = Portable.mul_add3(self.right, right + rightwards * margin_right, self.forward);
             Portable.normalize(Portable.mul_add3(self.up, up + upwards * margin, along_right))
         })
     }
@@ -357,138 +369,4 @@ const CORNER_MARGIN: f32 = 64.0 / (1 << 24) as f32;
 const MAX_CORNER_SLOPE: f32 = 1e4;
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scene::{Camera, Lens, Projection, SceneBuilder, View};
-    use glam::DVec3;
-
-    /// Slopes of a direction: right and up per unit forward.
-    fn slopes(rays: &PixelRays, direction: Vec3) -> [f64; 2] {
-        let along = |axis: Vec3| direction.as_dvec3().dot(axis.as_dvec3());
-        [along(rays.right), along(rays.up)].map(|slope| slope / along(rays.forward))
-    }
-
-    #[test]
-    fn corners_are_around_all_rays() {
-        let scene = SceneBuilder::new().finish();
-        let mut random = fastrand::Rng::with_seed(3);
-        let mut compared = 0;
-        for (fov, [width, height], samples) in [
-            (45.0, [1920, 1080], 1),
-            (45.0, [33, 21], 5),
-            (1e-5, [640, 480], 1),
-            (179.9, [1000, 700], 2),
-            (60.0, [1 << 23, 3], 1),
-            (1e-3, [3, 1 << 21], 4),
-        ] {
-            let [eye, target] = [DVec3::new(3.0, -2.0, 1.0), DVec3::new(0.1, 0.2, 0.3)];
-            let camera = Camera::look_at(eye, target, DVec3::Z, fov).unwrap();
-            let rays = camera.pixel_rays(&scene, width, height, samples);
-            for _ in 0..500 {
-                let first = [random.u32(0..width), random.u32(0..height)];
-                let size = [
-                    random.u32(1..=128.min(width - first[0])),
-                    random.u32(1..=16.min(height - first[1])),
-                ];
-                let corners = rays.corners(first, size);
-                if !corners.iter().all(|corner| corner.is_finite()) {
-                    continue;
-                }
-                let corners = corners.map(|corner| slopes(&rays, corner));
-                compared += 1;
-                for _ in 0..20 {
-                    let [x, y] = [0, 1].map(|axis| first[axis] + random.u32(0..size[axis]));
-                    let sample = [(); 2].map(|()| random.u32(0..samples));
-                    let direction = if samples == 1 {
-                        // The reach of the widest filter.
-                        rays.direction_offset(x, y, [(); 2].map(|()| 6.0 * random.f32() - 3.0))
-                    } else {
-                        rays.direction(x, y, sample)
-                    };
-                    for (axis, slope) in slopes(&rays, direction).into_iter().enumerate() {
-                        let of_corners = corners.iter().map(|corner| corner[axis]);
-                        let least = of_corners.clone().fold(f64::INFINITY, f64::min);
-                        let largest = of_corners.fold(f64::NEG_INFINITY, f64::max);
-                        assert!(
-                            least < slope && slope < largest,
-                            "{fov}, {first:?}: {slope} of {least} to {largest}"
-                        );
-                    }
-                }
-            }
-        }
-        assert!(compared > 2000, "{compared}");
-    }
-
-    #[test]
-    fn parallel_rays_leave_a_plane() {
-        let scene = SceneBuilder::new().finish();
-        let camera = Camera::new(&View {
-            eye: DVec3::new(1.0, 2.0, 3.0),
-            target: DVec3::new(1.0, 7.0, 3.0),
-            up: DVec3::Z,
-            projection: Projection::Orthographic { height: 4.0 },
-            lens: Lens::PINHOLE,
-        });
-        let rays = camera.unwrap().pixel_rays(&scene, 6, 8, 1);
-        assert_eq!(rays.shared_origin(), None);
-        assert_eq!((rays.cone().width(0.0), rays.cone().width(100.0)), (0.5, 0.5));
-        for y in 0..8 {
-            for x in 0..6 {
-                let ray = rays.ray(x, y, [0, 0]);
-                let [right, down] = [x, y].map(|i| i as f32 * 0.5);
-                assert_eq!(ray.origin, Vec3::new(-0.25 + right, 2.0, 4.75 - down));
-                assert_eq!(ray.direction, Vec3::Y);
-            }
-        }
-        let offset = [F32x8::new([0.5; LANES]), F32x8::ZERO];
-        let middle = [Portable.splat(0.0); 2];
-        let (origin, direction) = rays.rays(Portable, [2, 4], [0, 0], &offset, middle);
-        for lane in 0..LANES {
-            let pixel = [2 + lane as u32 % 4, 4 + lane as u32 / 4];
-            let ray = rays.ray_at(Portable, pixel, [0, 0], [0.5, 0.0], [0.0; 2]);
-            assert_eq!(
-                (origin.lane(lane), direction.lane(lane)),
-                (ray.origin, ray.direction)
-            );
-        }
-    }
-
-    /// All rays of a pixel meet in the plane in focus, at the point of the ray through the lens's centre.
-    #[test]
-    fn rays_through_a_lens_meet_in_focus() {
-        let scene = SceneBuilder::new().finish();
-        let mut random = fastrand::Rng::with_seed(8);
-        for projection in [Projection::DEFAULT, Projection::Orthographic { height: 4.0 }] {
-            for focus in [None, Some(3.0)] {
-                let lens = Lens { aperture: 0.5, focus };
-                let view = View {
-                    eye: DVec3::new(1.0, 2.0, 3.0),
-                    target: DVec3::new(1.0, 7.0, 3.0),
-                    up: DVec3::Z,
-                    projection,
-                    lens,
-                };
-                let rays = Camera::new(&view).unwrap().pixel_rays(&scene, 6, 8, 1);
-                assert_eq!(rays.shared_origin(), None);
-                let in_focus = |ray: Ray| {
-                    let distance = focus.unwrap_or(5.0) as f32 / ray.direction.y;
-                    ray.origin + ray.direction * distance
-                };
-                for _ in 0..200 {
-                    let pixel @ [x, y] = [random.u32(0..6), random.u32(0..8)];
-                    let middle = rays.ray(x, y, [0, 0]);
-                    let point = [(); 2].map(|()| random.f32() - 0.5);
-                    let ray = rays.ray_at(Portable, pixel, [0, 0], [0.0; 2], point);
-                    assert!(in_focus(ray).distance(in_focus(middle)) < 1e-5);
-                    let expected = middle.origin + Vec3::new(point[0], 0.0, point[1]) * 0.25;
-                    assert!(ray.origin.distance(expected) < 1e-6);
-                    let lens = point.map(|c| Portable.splat(c));
-                    let offset = [F32x8::ZERO; 2];
-                    let (origins, directions) = rays.rays_of(Portable, &[pixel; LANES], &offset, lens);
-                    assert_eq!((origins.lane(3), directions.lane(3)), (ray.origin, ray.direction));
-                }
-            }
-        }
-    }
-}
+mod tests;

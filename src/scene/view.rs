@@ -21,6 +21,10 @@ pub enum CameraError {
     Aperture(f64),
     /// The distance in focus is not a number above 0.
     Focus(f64),
+    /// The principal point is not finite, or more than 100 heights of the picture from its centre.
+    PrincipalOffset([f64; 2]),
+    /// The aspect of a pixel is not a number from 0.001 to 1000.
+    PixelAspect(f64),
 }
 
 impl fmt::Display for CameraError {
@@ -52,6 +56,14 @@ impl fmt::Display for CameraError {
             Self::Focus(distance) => write!(
                 f,
                 "the distance in focus is {distance}, expected a number above 0"
+            ),
+            Self::PrincipalOffset([right, down]) => write!(
+                f,
+                "the principal point is {right} picture heights right of and {down} below the centre, expected at most 100"
+            ),
+            Self::PixelAspect(aspect) => write!(
+                f,
+                "the pixels are {aspect} times as wide as high, expected a number from 0.001 to 1000"
             ),
         }
     }

@@ -17,7 +17,7 @@ use crate::{
     },
     render::{
         ByteFilm, CameraRays, FrameStats, Mode, OnProgress, Progress, RayCounts, RenderError, Settings,
-        TileTimes, Transfer, bands::Bands,
+        TileTimes, Transfer, bands::Bands, nearest_byte,
     },
     scene::{Camera, RayCone, Scene},
     simd::{Level, Portable, at_level},
@@ -139,12 +139,13 @@ impl<'a> Scratch<'a> {
                 return rays;
             }
         }
-        let transfer = match look {
-            Look::Full | Look::Preview => frame.style.transfer,
-            Look::Normals | Look::Cost => Transfer::Linear,
+        let encode = |rgb: [f32; 3]| match look {
+            Look::Full | Look::Preview => frame.style.transfer.encode(rgb),
+            Look::Normals => rgb.map(nearest_byte),
+            Look::Cost => Transfer::Linear.encode(rgb),
         };
         for (pixel, sum) in band.iter_mut().zip(&self.sums) {
-            *pixel = transfer.encode(sum.map(|c| c / settings.samples as f32));
+            *pixel = encode(sum.map(|c| c / settings.samples as f32));
         }
         rays
     }

@@ -101,7 +101,7 @@ const CASES: [(&str, &str, &str); 44] = [
     (
         "instances.scn",
         "png",
-        "--sphere 9 --frames 2-2 --target 0.1,0,0.3 --aov mask,z,instance",
+        "--sphere 9 --frames 2-2 --target 0.1,0,0.3 --aov mask,z,instance --z-step 0.002",
     ),
     ("a.scn", "png", ""),
     ("b.scn", "png", ALL),

@@ -323,7 +323,8 @@ mod tests {
                     .into_iter()
                     .chain(printed.split_whitespace())
                     .collect();
-                let looks = parse_render(&arguments).looks().unwrap();
+                let looks = parse_render(&arguments);
+                let looks = looks.looks(looks.size(None)).unwrap();
                 assert_eq!(looks.of(style.is_some()), shown, "{printed}");
             }
         }

@@ -5,7 +5,7 @@ use crate::{
     cli::{
         CliError,
         plan::{PictureOptions, Style},
-        write::AovKind,
+        write::{AovKind, Z_STEP},
     },
     render::{Crop, Filter, Pattern, Settings, Transfer},
 };
@@ -24,6 +24,10 @@ pub struct PictureArgs {
     /// as layers of an EXR picture
     #[arg(id = "aov", long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     pub aovs: Vec<AovKind>,
+
+    /// Scene units of a step of the 16-bit depth of --aov z in a PNG file, which reaches to 65535 steps [default: 0.001]
+    #[arg(long, value_name = "UNITS", value_parser = values::step)]
+    pub z_step: Option<f64>,
 
     #[command(flatten)]
     pub transfer: TransferArgs,
@@ -125,6 +129,7 @@ impl PictureArgs {
             transfer: self.transfer.transfer(is_srgb),
             transparent: self.background == BackgroundArg::Transparent,
             aovs: self.aovs.clone(),
+            z_step: self.z_step.unwrap_or(Z_STEP),
         }
     }
 

@@ -13,7 +13,7 @@ use crate::{
     cli::{
         CliError, load,
         plan::{
-            Job, JsonTarget, Look, Looks, MeshOptions, Pictures, Planned, Poses, RenderPlan, check_inputs,
+            Job, JsonTarget, Look, Looks, MeshOptions, Pictures, Planned, PoseFile, RenderPlan, check_inputs,
             has_number, is_standard_input,
         },
         write::is_foreign,
@@ -40,9 +40,9 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Picture")]
     pub force: bool,
 
-    /// Width and height, pixels; one number for a square
-    #[arg(short, long, value_name = "WxH", value_parser = values::size, default_value = "512x512", help_heading = "Picture")]
-    pub size: Size,
+    /// Width and height, pixels; one number for a square [default: that of the pictures of --poses, or 512x512]
+    #[arg(short, long, value_name = "WxH", value_parser = values::size, help_heading = "Picture")]
+    pub size: Option<Size>,
 
     #[command(flatten)]
     pub picture: PictureArgs,
@@ -98,8 +98,8 @@ impl RenderArgs {
     }
 
     /// How pictures are made: of scenes and plain meshes, or of meshes in a soft style.
-    fn look(&self, is_soft: bool) -> Result<Look, CliError> {
-        let mut settings = self.trace.settings(self.size)?;
+    fn look(&self, size: Size, is_soft: bool) -> Result<Look, CliError> {
+        let mut settings = self.trace.settings(size)?;
         self.picture.apply(&mut settings)?;
         self.sampling
             .apply(&mut settings, is_soft, usual_samples(is_soft))?;
@@ -110,15 +110,21 @@ impl RenderArgs {
         Ok(Look { settings, picture })
     }
 
-    /// How pictures are made.
+    /// How pictures of that size are made.
     ///
     /// # Errors
     /// [`CliError`].
-    pub fn looks(&self) -> Result<Looks, CliError> {
+    pub fn looks(&self, size: Size) -> Result<Looks, CliError> {
         Ok(Looks {
-            scene: self.look(false)?,
-            mesh: self.look(self.style.style().is_soft())?,
+            scene: self.look(size, false)?,
+            mesh: self.look(size, self.style.style().is_soft())?,
         })
+    }
+
+    /// The size of the pictures.
+    pub fn size(&self, poses: Option<&PoseFile>) -> Size {
+        let of_poses = || poses?.size().map(|[width, height]| Size { width, height });
+        self.size.or_else(of_poses).unwrap_or(Size::DEFAULT)
     }
 
     /// Where the cameras of all pictures go. Refuses the files of the jobs' pictures.
@@ -184,10 +190,13 @@ impl RenderArgs {
     /// [`CliError`].
     pub fn plan(&self) -> Result<RenderPlan, CliError> {
         let style = self.style.style();
-        let looks = self.looks()?;
-        let (width, height) = (f64::from(self.size.width), f64::from(self.size.height));
-        let poses = self.series.poses.as_deref();
-        let poses = poses.map(|path| Poses::read(path, width / height)).transpose()?;
+        let pose_file = self.series.poses.as_deref().map(PoseFile::read).transpose()?;
+        let size = self.size(pose_file.as_ref());
+        let looks = self.looks(size)?;
+        let poses = pose_file
+            .as_ref()
+            .map(|file| file.poses([size.width, size.height]));
+        let poses = poses.transpose()?;
         let turntable = self.series.turntable(poses.as_ref());
         let keyframes = match turntable {
             Some(_) => Vec::new(),
@@ -218,8 +227,8 @@ impl RenderArgs {
         let memory = self.memory.limit();
         let Planned { jobs, sheet, skipped } = pictures.jobs(&self.scenes, &camera, &mesh, memory)?;
         let mut inputs = check_inputs(&jobs, self.config.path().as_deref())?;
-        if let Some(path) = &self.series.poses {
-            inputs.add(path, "the poses");
+        for file in pose_file.iter().flat_map(PoseFile::files) {
+            inputs.add(&file, "the poses");
         }
         load::memory::check_threads(self.trace.threads.count())?;
         let json = self.json_target(&jobs)?;

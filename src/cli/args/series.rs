@@ -37,8 +37,8 @@ pub struct SeriesArgs {
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FRAMES }>, conflicts_with = "turntable")]
     pub sphere: Option<u32>,
 
-    /// Render the scene from every camera of a NeRF transforms.json, or of a COLMAP images.txt or images.bin, as pictures or
-    /// as one animation. In -o, a run of # stands for the number, {pose} for the name in the file
+    /// Render the scene from every camera of a NeRF transforms.json or of a COLMAP reconstruction (its folder, images.txt or
+    /// images.bin), as pictures or as one animation. In -o, a run of # stands for the number, {pose} for the name in the file
     #[arg(long, value_name = "FILE", conflicts_with_all = ["turntable", "sphere"], conflicts_with_all = camera::OPTIONS)]
     pub poses: Option<PathBuf>,
 

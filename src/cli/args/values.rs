@@ -17,6 +17,14 @@ pub struct Size {
     pub height: u32,
 }
 
+impl Size {
+    /// That of a picture if nothing says another.
+    pub const DEFAULT: Self = Self {
+        width: 512,
+        height: 512,
+    };
+}
+
 /// `AxB`, both above 0.
 fn pair(text: &str) -> Option<[u32; 2]> {
     let (a, b) = text.split_once(['x', 'X'])?;
@@ -189,6 +197,13 @@ pub fn diameter(text: &str) -> Result<f32, String> {
     // Half of it is above 0, too.
     let diameter = diameter.filter(|diameter| diameter * 0.5 > 0.0);
     diameter.ok_or_else(|| "expected a diameter in scene units, above 0 and at most 1e9".into())
+}
+
+/// A step of depth, scene units.
+pub fn step(text: &str) -> Result<f64, String> {
+    // Its inverse must be finite, too.
+    let step = text.parse().ok().filter(|step| (1e-30..=1e30).contains(step));
+    step.ok_or_else(|| "expected scene units, above 0, such as 0.001".into())
 }
 
 /// An angle between faces, degrees.

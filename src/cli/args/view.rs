@@ -12,6 +12,7 @@ use super::{
 use crate::cli::{
     CliError,
     plan::{InputPlan, JsonTarget, Look, Looks, MeshOptions, PictureOptions, ViewPlan},
+    write::Z_STEP,
 };
 use clap::Args;
 use std::{path::PathBuf, time::Duration};
@@ -117,6 +118,7 @@ impl ViewArgs {
             transfer: self.transfer.transfer(is_soft),
             transparent: false,
             aovs: Vec::new(),
+            z_step: Z_STEP,
         };
         Ok(Look { settings, picture })
     }

@@ -53,6 +53,8 @@ struct Call<'a> {
     labels: Labels,
     /// The cameras of all pictures.
     saved_poses: Option<SavedPoses>,
+    /// Whether depth beyond the range of its file was reported.
+    warned_of_depth: bool,
     /// How many scenes were skipped.
     skipped: usize,
     /// Lines of JSON for a file.
@@ -92,6 +94,7 @@ pub fn run(plan: &RenderPlan, start: Instant) -> Result<(), CliError> {
         sheet: plan.new_sheet()?,
         labels: Labels::new(plan),
         saved_poses: None,
+        warned_of_depth: false,
         skipped: 0,
         json: String::new(),
     };
@@ -368,7 +371,7 @@ impl Call<'_> {
             picture: options,
         } = loaded.look;
         let output = &frame.output;
-        self.prepare_poses(camera, settings)?;
+        self.prepare_poses(camera, loaded.look)?;
         let bar = RenderBar::new(self.verbose, interrupt);
         let progress = &|progress| bar.report(progress);
         let mut picture = output.new_picture(options);
@@ -397,6 +400,7 @@ impl Call<'_> {
             }
         });
         written?;
+        self.warn_of_depth(frame, aovs.as_ref());
 
         let Spent { load, build } = std::mem::take(spent);
         let times = Times {

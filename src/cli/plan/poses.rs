@@ -4,6 +4,10 @@
 //! A matrix maps the space of a camera that looks along -z, with y up, to the scene.
 
 mod colmap;
+mod lens;
+mod saved;
+
+pub use saved::{PoseFiles, SavedPoses};
 
 use crate::{
     cli::{CliError, plan::stem},
@@ -12,8 +16,12 @@ use crate::{
     scene::{Camera, Projection, View},
 };
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
-use std::{io::Read, path::Path};
+use lens::Lens;
+use serde::Deserialize;
+use std::{
+    io::Read,
+    path::{Path, PathBuf},
+};
 
 /// The largest file, bytes.
 const MAX_BYTES: u64 = 64 << 20;
@@ -21,7 +29,15 @@ const MAX_BYTES: u64 = 64 << 20;
 /// The most poses: the frames of a call.
 const MAX_POSES: usize = super::render::MOST_PICTURES as usize;
 
-/// The poses of a file.
+/// A file of poses.
+#[derive(Debug)]
+pub struct PoseFile {
+    path: PathBuf,
+    frames: Vec<Frame>,
+    is_curved: bool,
+}
+
+/// The poses of a file, for pictures of one size.
 #[derive(Debug)]
 pub struct Poses {
     pub poses: Vec<Pose>,
@@ -37,26 +53,6 @@ pub struct Pose {
     pub camera: Camera,
 }
 
-/// The intrinsics of a camera: of the whole file, or of one frame.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(default)]
-struct Lens {
-    /// Radians.
-    camera_angle_x: Option<f64>,
-    camera_angle_y: Option<f64>,
-    /// Focal lengths and middle, pixels of a picture of `w` x `h`.
-    fl_x: Option<f64>,
-    fl_y: Option<f64>,
-    cx: Option<f64>,
-    cy: Option<f64>,
-    w: Option<f64>,
-    h: Option<f64>,
-    k1: f64,
-    k2: f64,
-    p1: f64,
-    p2: f64,
-}
-
 #[derive(Deserialize)]
 struct Transforms {
     #[serde(flatten)]
@@ -64,7 +60,7 @@ struct Transforms {
     frames: Vec<Frame>,
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Deserialize)]
 struct Frame {
     #[serde(default)]
     file_path: String,
@@ -73,95 +69,63 @@ struct Frame {
     lens: Lens,
 }
 
-impl Lens {
-    /// Takes missing values from `other`.
-    fn or(self, other: Self) -> Self {
-        Self {
-            camera_angle_x: self.camera_angle_x.or(other.camera_angle_x),
-            camera_angle_y: self.camera_angle_y.or(other.camera_angle_y),
-            fl_x: self.fl_x.or(other.fl_x),
-            fl_y: self.fl_y.or(other.fl_y),
-            w: self.w.or(other.w),
-            h: self.h.or(other.h),
-            ..self
-        }
-    }
-
-    /// The vertical field of view of a picture, radians.
-    fn fov(&self, aspect: f64) -> Option<f64> {
-        let angle = |side: Option<f64>, focal: Option<f64>| Some(2.0 * libm::atan(side? / (2.0 * focal?)));
-        let along_y = angle(self.h, self.fl_y).or(self.camera_angle_y);
-        let along_x = || {
-            angle(self.w, self.fl_x)
-                .or(self.camera_angle_x)
-                .filter(|angle| (0.0..std::f64::consts::PI).contains(angle))
-        };
-        along_y.or_else(|| Some(2.0 * libm::atan(libm::tan(along_x()? * 0.5) / aspect)))
-    }
-
-    /// Whether the lens has distortion.
-    fn is_curved(&self) -> bool {
-        [self.k1, self.k2, self.p1, self.p2].iter().any(|&k| k != 0.0)
-    }
-
-    /// Whether the principal point is off the picture's centre by more than a pixel.
-    fn is_shifted(&self) -> bool {
-        let off = |middle: Option<f64>, side: Option<f64>| {
-            middle
-                .zip(side)
-                .is_some_and(|(middle, side)| (middle - 0.5 * side).abs() > 1.0)
-        };
-        off(self.cx, self.w) || off(self.cy, self.h)
-    }
-}
-
-impl Poses {
-    /// Reads a file, for pictures of that width over height.
+impl PoseFile {
+    /// Reads a file, or COLMAP's files in a folder.
     ///
     /// # Errors
     /// [`CliError::Load`].
-    pub fn read(path: &Path, aspect: f64) -> Result<Self, CliError> {
-        let whole = |message: String| CliError::Load(LoadError::whole_file(path, message));
-        let Transforms { lens: common, frames } = if colmap::is_images(path) {
+    pub fn read(path: &Path) -> Result<Self, CliError> {
+        let path = colmap::images_in(path).map_err(CliError::Load)?;
+        let Transforms { lens: common, frames } = if colmap::is_images(&path) {
             Transforms {
                 lens: Lens::default(),
-                frames: colmap::frames(path).map_err(CliError::Load)?,
+                frames: colmap::frames(&path).map_err(CliError::Load)?,
             }
         } else {
-            let text = read(path).map_err(|error| whole(io_reason(&error)))?;
-            if text.trim_ascii().is_empty() {
-                return Err(whole(
-                    "the file is empty, expected a NeRF transforms.json".to_owned(),
-                ));
-            }
-            serde_json::from_slice(&text).map_err(|error| {
-                let place = [error.line(), error.column()];
-                let message = error.to_string();
-                let what = if text.trim_ascii_start().starts_with(b"{") {
-                    "not a NeRF transforms.json"
-                } else {
-                    "neither a NeRF transforms.json nor COLMAP's images.txt or images.bin"
-                };
-                CliError::Load(LoadError::in_json(path, place, what, &message))
-            })?
+            transforms(&path).map_err(CliError::Load)?
         };
         if frames.is_empty() || frames.len() > MAX_POSES {
-            return Err(whole(format!(
-                "{} frames, expected 1 to {MAX_POSES}",
-                frames.len()
-            )));
+            let why = format!("{} frames, expected 1 to {MAX_POSES}", frames.len());
+            return Err(CliError::Load(LoadError::whole_file(&path, why)));
         }
-        let (mut curved, mut shifted) = (common.is_curved(), common.is_shifted());
+        Ok(Self {
+            path,
+            is_curved: common.is_curved() || frames.iter().any(|frame| frame.lens.is_curved()),
+            frames: frames
+                .into_iter()
+                .map(|frame| Frame {
+                    lens: frame.lens.or(&common),
+                    ..frame
+                })
+                .collect(),
+        })
+    }
+
+    /// The files that were read.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let cameras = colmap::is_images(&self.path).then(|| colmap::cameras_beside(&self.path));
+        [self.path.clone()].into_iter().chain(cameras).collect()
+    }
+
+    /// The size of the pictures, if all have the same.
+    pub fn size(&self) -> Option<[u32; 2]> {
+        let first = self.frames.first()?.lens.size()?;
+        let is_shared = self.frames.iter().all(|frame| frame.lens.size() == Some(first));
+        is_shared.then_some(first)
+    }
+
+    /// The cameras, for pictures of that size.
+    ///
+    /// # Errors
+    /// [`CliError::Load`] if one of them does not define a picture.
+    pub fn poses(&self, size: [u32; 2]) -> Result<Poses, CliError> {
         let mut poses = Vec::new();
-        for (i, frame) in frames.iter().enumerate() {
-            curved |= frame.lens.is_curved();
-            shifted |= frame.lens.is_shifted();
-            let camera = frame.lens.or(common).fov(aspect).ok_or(
-                "no field of view: expected `fl_y` and `h`, or `camera_angle_x` in radians, from 0 to pi"
-                    .to_owned(),
-            );
-            let camera = camera.and_then(|fov| frame.camera(fov));
-            let camera = camera.map_err(|why| whole(format!("frames[{i}]: {why}")))?;
+        for (i, frame) in self.frames.iter().enumerate() {
+            let camera = frame.camera(f64::from(size[0]) / f64::from(size[1]));
+            let camera = camera.map_err(|why| {
+                let why = format!("frames[{i}]: {why}");
+                CliError::Load(LoadError::whole_file(&self.path, why))
+            })?;
             let name = stem(Path::new(&frame.file_path)).to_string_lossy();
             let name = if frame.file_path.is_empty() {
                 (i + 1).to_string()
@@ -170,23 +134,70 @@ impl Poses {
             };
             poses.push(Pose { name, camera });
         }
-        let path = clip_path(path);
-        let notes = [
-            (curved, "curved lenses"),
-            (shifted, "an off-centre principal point"),
-        ];
-        let notes = notes.into_iter().filter(|(is, _)| *is);
-        Ok(Self {
+        Ok(Poses {
             poses,
-            notes: notes
-                .map(|(_, what)| format!("{path}: left out: {what}"))
-                .collect(),
+            notes: self.notes(size),
         })
+    }
+
+    /// What pictures of that size do not show as the file has it.
+    fn notes(&self, [width, height]: [u32; 2]) -> Vec<String> {
+        let path = clip_path(&self.path);
+        let is_other_shape = |lens: &Lens| {
+            let [w, h] = lens.size()?.map(f64::from);
+            Some((w / h * f64::from(height) - f64::from(width)).abs() >= 1.0)
+        };
+        let mut lenses = self.frames.iter().map(|frame| &frame.lens);
+        let is_unplaced = lenses.clone().any(Lens::is_unplaced);
+        let other = lenses.find(|lens| is_other_shape(lens) == Some(true));
+        let mut notes = Vec::new();
+        if self.is_curved {
+            notes.push(format!(
+                "{path}: left out: lens distortion (the cameras are rendered as pinholes)"
+            ));
+        }
+        if is_unplaced {
+            notes.push(format!(
+                "{path}: left out: a principal point without the size `w` and `h` of its picture"
+            ));
+        }
+        if let Some([w, h]) = other.and_then(Lens::size) {
+            notes.push(format!(
+                "{path}: has pictures of {w}x{h}, another shape than {width}x{height}: the height of the view is kept, not its \
+                 width"
+            ));
+        }
+        notes
     }
 }
 
+/// Reads a `transforms.json`.
+fn transforms(path: &Path) -> Result<Transforms, LoadError> {
+    let whole = |message: String| LoadError::whole_file(path, message);
+    let text = read(path).map_err(|error| whole(io_reason(&error)))?;
+    if text.trim_ascii().is_empty() {
+        return Err(whole(
+            "the file is empty, expected a NeRF transforms.json".to_owned(),
+        ));
+    }
+    serde_json::from_slice(&text).map_err(|error| {
+        let place = [error.line(), error.column()];
+        let message = error.to_string();
+        let what = if text.trim_ascii_start().starts_with(b"{") {
+            "not a NeRF transforms.json"
+        } else {
+            "neither a NeRF transforms.json nor COLMAP's images.txt or images.bin"
+        };
+        LoadError::in_json(path, place, what, &message)
+    })
+}
+
 impl Frame {
-    fn camera(&self, fov: f64) -> Result<Camera, String> {
+    /// The camera, for pictures of that width over height.
+    fn camera(&self, aspect: f64) -> Result<Camera, String> {
+        let fov = self.lens.fov(aspect).ok_or(
+            "no field of view: expected `fl_y` and `h`, or `camera_angle_x` in radians, from 0 to pi",
+        )?;
         let [x, y, z] = match self.transform_matrix.get(..3) {
             Some(&[x, y, z]) if self.transform_matrix.len() <= 4 => [x, y, z],
             _ => {
@@ -208,6 +219,7 @@ impl Frame {
             },
             lens: crate::scene::Lens::PINHOLE,
         })
+        .and_then(|camera| camera.with_image_plane(self.lens.image_plane()))
         .map_err(|error| error.to_string())
     }
 }
@@ -224,201 +236,5 @@ fn read(path: &Path) -> std::io::Result<Vec<u8>> {
     Ok(text)
 }
 
-/// Poses to be written: of pictures of one size and field of view.
-#[derive(Debug, Serialize)]
-pub struct SavedPoses {
-    camera_angle_x: f64,
-    camera_angle_y: f64,
-    fl_x: f64,
-    fl_y: f64,
-    cx: f64,
-    cy: f64,
-    w: u32,
-    h: u32,
-    /// Units of a step of depth, for Instant NGP.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    integer_depth_scale: Option<f64>,
-    frames: Vec<SavedPose>,
-}
-
-/// The files of a pose, relative to the file of poses.
-#[derive(Debug, Default, Serialize)]
-pub struct PoseFiles {
-    #[serde(rename = "file_path")]
-    pub picture: String,
-    #[serde(rename = "mask_path", skip_serializing_if = "Option::is_none")]
-    pub mask: Option<String>,
-    /// As Nerfstudio reads it.
-    #[serde(rename = "depth_file_path", skip_serializing_if = "Option::is_none")]
-    pub depth: Option<String>,
-}
-
-#[derive(Debug, Serialize)]
-struct SavedPose {
-    #[serde(flatten)]
-    files: PoseFiles,
-    /// The same file of depth for Instant NGP.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    depth_path: Option<String>,
-    transform_matrix: [[f64; 4]; 4],
-}
-
-impl SavedPoses {
-    /// Poses of pictures of this size, all with the field of view of `camera`.
-    ///
-    /// # Errors
-    /// [`CliError::Failed`] for orthographic cameras.
-    pub fn new(camera: &Camera, [w, h]: [u32; 2]) -> Result<Self, CliError> {
-        let Projection::Perspective { fov_degrees } = camera.view().projection else {
-            let why = "--save-poses: an orthographic camera has no focal length";
-            return Err(CliError::Failed(why.into()));
-        };
-        let camera_angle_y = fov_degrees.to_radians();
-        let (width, height) = (f64::from(w), f64::from(h));
-        let focal = 0.5 * height / libm::tan(0.5 * camera_angle_y);
-        Ok(Self {
-            camera_angle_x: 2.0 * libm::atan(0.5 * width / focal),
-            camera_angle_y,
-            fl_x: focal,
-            fl_y: focal,
-            cx: 0.5 * width,
-            cy: 0.5 * height,
-            w,
-            h,
-            integer_depth_scale: None,
-            frames: Vec::new(),
-        })
-    }
-
-    /// Whether cameras of `other` can be added.
-    ///
-    /// # Errors
-    /// [`CliError::Failed`] for another field of view.
-    pub fn check_fits(&self, other: &Self) -> Result<(), CliError> {
-        // Focal lengths that were read and computed again are not exact.
-        if (self.fl_x - other.fl_x).abs() <= 1e-6 * self.fl_x {
-            return Ok(());
-        }
-        let why = "--save-poses: the cameras have different fields of view, expected one for all pictures";
-        Err(CliError::Failed(why.into()))
-    }
-
-    /// Adds the camera of a picture.
-    pub fn push(&mut self, files: PoseFiles, camera: &Camera) {
-        let view = camera.view();
-        let back = (view.eye - view.target).normalize_or_zero();
-        let right = view.up.cross(back).normalize_or_zero();
-        let up = back.cross(right);
-        let row = |i: usize| [right[i], up[i], back[i], view.eye[i]];
-        let depth_path = files.depth.clone();
-        self.integer_depth_scale = depth_path.as_ref().map(|_| 0.001);
-        self.frames.push(SavedPose {
-            files,
-            depth_path,
-            transform_matrix: [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]],
-        });
-    }
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn found(text: &str, aspect: f64) -> Result<Poses, String> {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("t.json");
-        std::fs::write(&path, text).expect("a file");
-        Poses::read(&path, aspect).map_err(|error| error.text().unwrap_or_default())
-    }
-
-    #[test]
-    fn saved_poses_are_read_again() {
-        let cameras = [
-            (DVec3::new(3.0, -2.0, 1.0), DVec3::Z),
-            (DVec3::new(0.1, 0.2, -4.0), DVec3::Y),
-        ]
-        .map(|(eye, up)| Camera::look_at(eye, DVec3::new(0.0, 0.0, 0.5), up, 40.0).expect("a camera"));
-        let mut saved = SavedPoses::new(&cameras[0], [640, 360]).expect("poses");
-        for camera in &cameras {
-            let picture = "train/r_7.png".into();
-            saved.push(
-                PoseFiles {
-                    picture,
-                    ..PoseFiles::default()
-                },
-                camera,
-            );
-        }
-        let text = serde_json::to_string(&saved).expect("JSON");
-        let read = found(&text, 16.0 / 9.0).expect("poses");
-        assert!(read.notes.is_empty());
-        for (pose, camera) in read.poses.iter().zip(&cameras) {
-            assert_eq!(pose.name, "r_7");
-            let (a, b) = (pose.camera.view(), camera.view());
-            let direction = |view: &View| (view.target - view.eye).normalize();
-            assert!((a.eye - b.eye).length() < 1e-12 && (direction(&a) - direction(&b)).length() < 1e-12);
-            let (Projection::Perspective { fov_degrees: a }, Projection::Perspective { fov_degrees: b }) =
-                (a.projection, b.projection)
-            else {
-                panic!("perspective cameras")
-            };
-            assert!((a - b).abs() < 1e-9, "{a} {b}");
-        }
-    }
-
-    /// The file of the synthetic NeRF scenes has a horizontal angle alone.
-    #[test]
-    fn a_horizontal_angle_is_enough() {
-        let frame = r#"{"file_path":"./train/r_0","rotation":0.1,"transform_matrix":[[1,0,0,0],[0,0,-1,-4],[0,1,0,0.5],[0,0,0,1]]}"#;
-        let text = format!(r#"{{"camera_angle_x":0.6911,"frames":[{frame}]}}"#);
-        let poses = found(&text, 1.0).expect("poses");
-        let view = poses.poses[0].camera.view();
-        assert_eq!(view.eye, DVec3::new(0.0, -4.0, 0.5));
-        assert_eq!(
-            (view.target - view.eye, poses.poses[0].name.as_str()),
-            (DVec3::Y, "r_0")
-        );
-        let wide = found(&text, 2.0).expect("poses").poses[0].camera.view();
-        assert!(format!("{:?}", wide.projection) < format!("{:?}", view.projection));
-        let curved = text.replacen('{', r#"{"k1":0.1,"cx":10,"w":40,"#, 1);
-        assert_eq!(found(&curved, 1.0).expect("poses").notes.len(), 2);
-    }
-
-    #[test]
-    fn broken_files_are_refused() {
-        let frame =
-            |matrix: &str| format!(r#"{{"camera_angle_x":1,"frames":[{{"transform_matrix":{matrix}}}]}}"#);
-        for (text, expected) in [
-            (
-                String::new(),
-                "t.json: the file is empty, expected a NeRF transforms.json",
-            ),
-            (
-                "{".to_owned(),
-                "1:1: not a NeRF transforms.json: the file is cut short",
-            ),
-            (r#"{"frames":[]}"#.to_owned(), "0 frames"),
-            (frame("[[1,0,0]]"), "not a NeRF transforms.json"),
-            (frame("[[1,0,0,0]]"), "frames[0]: transform_matrix has 1 rows"),
-            (
-                frame("[[0,0,0,0],[0,0,0,0],[0,0,0,0]]"),
-                "frames[0]: eye and target",
-            ),
-            (
-                frame("[[1,0,0,1e999],[0,1,0,0],[0,0,1,0]]"),
-                "not a NeRF transforms.json",
-            ),
-            (
-                frame("[[1,0,0,0],[0,1,0,0],[0,0,1,0]]").replace("\"camera_angle_x\":1,", ""),
-                "no field of view",
-            ),
-            (
-                frame("[[1,0,0,0],[0,1,0,0],[0,0,1,0]]").replace("x\":1,", "x\":9,"),
-                "field of view",
-            ),
-        ] {
-            let error = found(&text, 1.0).expect_err(&text);
-            assert!(error.contains(expected), "{text}: {error}");
-        }
-    }
-}
+mod tests;

@@ -154,6 +154,8 @@ pub struct PictureOptions {
     /// Pixels that show nothing get alpha 0.
     pub transparent: bool,
     pub aovs: Vec<AovKind>,
+    /// Units of a step of depth in a PNG file.
+    pub z_step: f64,
 }
 
 /// The most pictures of a call: all of their places are checked before the first is rendered.

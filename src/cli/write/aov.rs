@@ -10,7 +10,7 @@ use crate::{
     heat::heat,
     math::Aabb,
     ray::{InstanceId, PrimitiveId},
-    render::{Aov, Aovs, ByteFilm, Settings, Transfer, quantize},
+    render::{Aov, Aovs, ByteFilm, Settings, Transfer, nearest_byte, quantize},
     scene::{Camera, Projection},
 };
 use glam::Vec3;
@@ -125,20 +125,19 @@ pub struct Axis {
     first: [u32; 2],
     /// Columns of the crop.
     width: u32,
-    /// Half the picture's size, pixels.
+    /// The principal point, pixels.
     middle: [f64; 2],
-    /// Distance of the picture's plane, pixels; infinite if rays are parallel.
-    focal: f64,
+    /// Focal lengths, pixels; infinite if rays are parallel.
+    focal: [f64; 2],
 }
 
 impl Axis {
     /// The axis of a picture with these settings.
     pub fn of(camera: &Camera, settings: &Settings) -> Self {
-        let middle = [settings.width, settings.height].map(|side| 0.5 * f64::from(side));
-        let focal = match camera.view().projection {
-            Projection::Perspective { fov_degrees } => middle[1] / libm::tan(0.5 * fov_degrees.to_radians()),
-            Projection::Orthographic { .. } => f64::INFINITY,
-        };
+        let intrinsics = camera.intrinsics(settings.width, settings.height);
+        let (middle, focal) = intrinsics.map_or(([0.0; 2], [f64::INFINITY; 2]), |intrinsics| {
+            (intrinsics.principal_point, intrinsics.focal)
+        });
         let crop = settings.crop;
         Self {
             first: crop.map_or([0, 0], |crop| [crop.x0, crop.y0]),
@@ -151,8 +150,9 @@ impl Axis {
     /// The depth along the view of the pixel with that index.
     fn z(&self, index: usize, pixel: &Aov) -> f64 {
         let (x, y) = (index as u32 % self.width, index as u32 / self.width);
-        let [x, y] = [(x, 0), (y, 1)]
-            .map(|(at, axis)| (f64::from(self.first[axis] + at) + 0.5 - self.middle[axis]) / self.focal);
+        let [x, y] = [(x, 0), (y, 1)].map(|(at, axis)| {
+            (f64::from(self.first[axis] + at) + 0.5 - self.middle[axis]) / self.focal[axis]
+        });
         f64::from(pixel.depth) / (1.0 + x * x + y * y).sqrt()
     }
 }
@@ -166,17 +166,42 @@ fn instance_number(pixel: &Aov) -> u32 {
     }
 }
 
+/// Scene units of a step of depth in a PNG file, unless another is given.
+pub const Z_STEP: f64 = 0.001;
+
+/// The last step of depth that a PNG file holds.
+const LAST_STEP: f64 = 65535.0;
+
+/// The farthest depth that a PNG file holds, scene units.
+pub fn farthest_z(step: f64) -> f64 {
+    LAST_STEP / (1.0 / step)
+}
+
+/// Depth in steps.
+fn z_steps(z: f64, step: f64) -> f64 {
+    libm::round(z * (1.0 / step))
+}
+
+/// How many pixels show something beyond [`farthest_z`].
+pub fn beyond_z(aovs: &Aovs, axis: Axis, step: f64) -> usize {
+    let pixels = aovs.pixels.iter().enumerate();
+    pixels
+        .filter(|(i, pixel)| {
+            pixel.primitive != PrimitiveId::NONE && z_steps(axis.z(*i, pixel), step) > LAST_STEP
+        })
+        .count()
+}
+
 /// An AOV whose numbers programs read, as grey pixels.
-pub fn exact(aovs: &Aovs, which: AovKind, axis: Axis) -> Pixels {
+pub fn exact(aovs: &Aovs, which: AovKind, axis: Axis, z_step: f64) -> Pixels {
     let wide = |value: &dyn Fn(usize, &Aov) -> u16| {
         let values = aovs.pixels.iter().enumerate().map(|(i, pixel)| value(i, pixel));
         values.flat_map(u16::to_be_bytes).collect::<Vec<u8>>()
     };
     let (bytes, pixel_bytes) = match which {
         AovKind::Z => {
-            let thousandths = |i, pixel: &Aov| libm::round(axis.z(i, pixel) * 1000.0);
-            let known = |t: f64| if t <= 65535.0 { t as u16 } else { 0 };
-            (wide(&|i, pixel| known(thousandths(i, pixel))), 2)
+            let known = |steps: f64| if steps <= LAST_STEP { steps as u16 } else { 0 };
+            (wide(&|i, pixel| known(z_steps(axis.z(i, pixel), z_step))), 2)
         }
         AovKind::Instance => (wide(&|_, pixel| instance_number(pixel).min(65535) as u16), 2),
         _ => (aovs.pixels.iter().map(mask).collect(), 1),
@@ -203,7 +228,7 @@ pub fn picture(aovs: &Aovs, which: AovKind, range: DepthRange, transfer: Transfe
         AovKind::Albedo => transfer.encode(pixel.albedo),
         _ if pixel.primitive == PrimitiveId::NONE => [0; 3],
         AovKind::Depth => [range.gray(pixel.depth); 3],
-        AovKind::Normal => pixel.normal.map(|c| quantize(c * 0.5 + 0.5)),
+        AovKind::Normal => pixel.normal.map(|c| nearest_byte(c * 0.5 + 0.5)),
         AovKind::Id => id_color(pixel.primitive, pixel.instance),
         AovKind::Mask | AovKind::Z | AovKind::Instance => [255; 3],
     };

@@ -1,7 +1,7 @@
 //! The files of `--aov`.
 
 use super::{
-    aov::{self, AovKind, Axis, DepthRange},
+    aov::{self, AovKind, Axis, DepthRange, Z_STEP},
     encode::Format,
     output::Output,
     picture::{Picture, Pixels},
@@ -25,6 +25,8 @@ pub struct AovFiles {
     files: Vec<Output>,
     /// How albedo becomes bytes.
     transfer: Transfer,
+    /// Units of a step of depth.
+    z_step: f64,
 }
 
 /// The AOVs of a picture, and how depth is shown.
@@ -74,6 +76,7 @@ impl AovFiles {
             asked,
             files,
             transfer: options.transfer,
+            z_step: options.z_step,
         })
     }
 
@@ -83,6 +86,7 @@ impl AovFiles {
             asked: Vec::new(),
             files: Vec::new(),
             transfer: Transfer::Linear,
+            z_step: Z_STEP,
         }
     }
 
@@ -142,7 +146,7 @@ impl AovFiles {
         }
         for (file, &which) in self.files.iter().zip(&self.asked) {
             let mut own = Picture::from(if which.is_exact() {
-                aov::exact(aovs, which, *axis)
+                aov::exact(aovs, which, *axis, self.z_step)
             } else {
                 Pixels::Bytes(aov::picture(aovs, which, *range, self.transfer))
             });
@@ -150,6 +154,19 @@ impl AovFiles {
             file.write(&mut own)?;
         }
         Ok(())
+    }
+
+    /// A warning if the file of depth does not reach to all that the picture shows.
+    pub fn warning(&self, RenderedAovs { aovs, axis, .. }: &RenderedAovs) -> Option<String> {
+        let file = self.file(AovKind::Z)?;
+        let count = aov::beyond_z(aovs, *axis, self.z_step);
+        (count > 0).then(|| {
+            format!(
+                "{count} pixels of {} are farther than {} units and have depth 0: use a larger --z-step, or an .exr",
+                file.name(),
+                aov::farthest_z(self.z_step)
+            )
+        })
     }
 
     /// Their part of `--stats`.

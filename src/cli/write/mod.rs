@@ -18,8 +18,8 @@ mod samples;
 mod sheet;
 
 pub use animation::Animation;
-pub use aov::{AovKind, DepthRange};
-pub use aov_files::AovFiles;
+pub use aov::{AovKind, DepthRange, Z_STEP};
+pub use aov_files::{AovFiles, RenderedAovs};
 pub use compare::{Comparison, Verdict};
 #[cfg(feature = "viewer")]
 pub use encode::Format;

@@ -29,7 +29,10 @@ struct Places<'a> {
 impl<'a> Places<'a> {
     fn of(&self, error: CameraError) -> Option<Word<'a>> {
         match error {
-            CameraError::FieldOfView(_) | CameraError::ViewHeight(_) => self.projection,
+            CameraError::FieldOfView(_)
+            | CameraError::ViewHeight(_)
+            | CameraError::PrincipalOffset(_)
+            | CameraError::PixelAspect(_) => self.projection,
             CameraError::UpParallel => self.up.or(self.target),
             CameraError::EyeOnTarget | CameraError::NotFinite => self.target,
             CameraError::Aperture(_) => self.aperture,

@@ -24,7 +24,7 @@ const MOST_BYTES: u64 = 1 << 16;
 const MAX_CAMERAS: u64 = 1 << 20;
 
 /// The models of cameras, by their numbers: how many parameters each has, and whether one focal length is for both axes.
-const MODELS: [(&str, usize, bool); 11] = [
+const MODELS: [(&str, usize, bool); 17] = [
     ("SIMPLE_PINHOLE", 3, true),
     ("PINHOLE", 4, false),
     ("SIMPLE_RADIAL", 4, true),
@@ -36,7 +36,16 @@ const MODELS: [(&str, usize, bool); 11] = [
     ("SIMPLE_RADIAL_FISHEYE", 4, true),
     ("RADIAL_FISHEYE", 5, true),
     ("THIN_PRISM_FISHEYE", 12, false),
+    ("RAD_TAN_THIN_PRISM_FISHEYE", 16, false),
+    ("SIMPLE_DIVISION", 4, true),
+    ("DIVISION", 5, false),
+    ("SIMPLE_FISHEYE", 3, true),
+    ("FISHEYE", 4, false),
+    ("EUCM", 6, false),
 ];
+
+/// The model behind the last of [`MODELS`], whose parameters are a width and a height.
+const PANORAMA: &str = "EQUIRECTANGULAR";
 
 /// An image: where its camera stands.
 struct Image {
@@ -52,10 +61,46 @@ pub(super) fn is_images(path: &Path) -> bool {
         .is_some_and(|name| name == "images.txt" || name == "images.bin")
 }
 
+/// The list of images in a folder, or `path` itself.
+///
+/// # Errors
+/// [`LoadError`] for a folder without images, and for a file of a reconstruction that has other contents.
+pub(super) fn images_in(path: &Path) -> Result<PathBuf, LoadError> {
+    if path.is_dir() {
+        let mut names = ["images.bin", "images.txt"].iter().map(|name| path.join(name));
+        return names.find(|images| images.is_file()).ok_or_else(|| {
+            let why =
+                "this is a directory without images.bin or images.txt of COLMAP: name a NeRF transforms.json";
+            LoadError::whole_file(path, why)
+        });
+    }
+    let stem = path.file_stem().and_then(|stem| stem.to_str());
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    match (stem, extension) {
+        (Some("cameras" | "points3D" | "rigs" | "frames"), Some(extension @ ("bin" | "txt"))) => {
+            let why = format!("this file of COLMAP has no poses: name images.{extension}");
+            Err(LoadError::whole_file(path, why))
+        }
+        _ => Ok(path.to_owned()),
+    }
+}
+
+/// The file of cameras that belongs to a list of images.
+pub(super) fn cameras_beside(images: &Path) -> PathBuf {
+    images.with_file_name(if is_binary(images) {
+        "cameras.bin"
+    } else {
+        "cameras.txt"
+    })
+}
+
+fn is_binary(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "bin")
+}
+
 /// Reads the images of a reconstruction, in the order of their names.
 pub(super) fn frames(path: &Path) -> Result<Vec<Frame>, LoadError> {
-    let is_binary = path.extension().is_some_and(|extension| extension == "bin");
-    let beside = path.with_file_name(if is_binary { "cameras.bin" } else { "cameras.txt" });
+    let (is_binary, beside) = (is_binary(path), cameras_beside(path));
     let lenses = if is_binary {
         binary::cameras(&mut Records::open(&beside)?)
     } else {
@@ -68,7 +113,7 @@ pub(super) fn frames(path: &Path) -> Result<Vec<Frame>, LoadError> {
     }?;
     images.sort_by(|a, b| a.name.cmp(&b.name));
     let frame = |image: Image| {
-        let Some(&lens) = lenses.get(&image.camera) else {
+        let Some(lens) = lenses.get(&image.camera) else {
             let why = format!(
                 "{}: no camera {} in {}",
                 image.name,
@@ -77,7 +122,7 @@ pub(super) fn frames(path: &Path) -> Result<Vec<Frame>, LoadError> {
             );
             return Err(LoadError::whole_file(path, why));
         };
-        Ok(image.frame(lens))
+        Ok(image.frame(lens.clone()))
     };
     images.into_iter().map(frame).collect()
 }
@@ -98,22 +143,28 @@ impl Image {
     }
 }
 
+/// Why a camera of a model with this name or number is refused.
+fn unknown_model(model: &str) -> String {
+    if model.trim_matches('`') == PANORAMA {
+        format!("{PANORAMA} has no focal length, expected a perspective camera, such as PINHOLE")
+    } else {
+        format!("unknown camera model {model}, expected one that octray knows, such as PINHOLE")
+    }
+}
+
 /// The lens of a camera of `model`.
-fn lens(model: usize, [w, h]: [f64; 2], numbers: &[f64]) -> Lens {
+fn lens(model: usize, size: [f64; 2], numbers: &[f64]) -> Lens {
     let (name, _, is_simple) = MODELS[model];
     let (fl_x, fl_y) = (numbers[0], numbers[usize::from(!is_simple)]);
     let rest = &numbers[if is_simple { 1 } else { 2 }..];
-    let is_curved = name.contains("FISHEYE") || name == "FOV" || rest[2..].iter().any(|&k| k != 0.0);
-    Lens {
-        fl_x: Some(fl_x),
-        fl_y: Some(fl_y),
-        cx: Some(rest[0]),
-        cy: Some(rest[1]),
-        w: Some(w),
-        h: Some(h),
-        k1: f64::from(u8::from(is_curved)),
-        ..Lens::default()
-    }
+    // The last parameter of EUCM has no effect if the one before it is 0.
+    let end = if name == "EUCM" {
+        rest.len() - 1
+    } else {
+        rest.len()
+    };
+    let is_curved = name.contains("FISHEYE") || name == "FOV" || rest[2..end].iter().any(|&k| k != 0.0);
+    Lens::of_pixels([fl_x, fl_y], [rest[0], rest[1]], size, is_curved)
 }
 
 fn open(path: &Path) -> Result<BufReader<File>, LoadError> {
@@ -227,13 +278,7 @@ mod text {
             };
             let known = MODELS.iter().position(|(name, ..)| *name == model.1);
             let Some(known) = known else {
-                return Err(lines.fault(
-                    model.0,
-                    format!(
-                        "unknown camera model `{}`, expected one of COLMAP's, such as PINHOLE",
-                        model.1
-                    ),
-                ));
+                return Err(lines.fault(model.0, super::unknown_model(&format!("`{}`", model.1))));
             };
             let numbers = lines.numbers(size)?;
             let (name, count, _) = MODELS[known];
@@ -345,7 +390,7 @@ impl Records {
 }
 
 mod binary {
-    use super::{HashMap, Image, Lens, LoadError, MAX_CAMERAS, MAX_POSES, MODELS, Records};
+    use super::{HashMap, Image, Lens, LoadError, MAX_CAMERAS, MAX_POSES, MODELS, PANORAMA, Records};
 
     /// Bytes of a point of an image.
     const POINT: u64 = 24;
@@ -360,7 +405,12 @@ mod binary {
             let (id, model) = (records.u32()?, records.u32()? as usize);
             let [width, height] = [records.u64()?, records.u64()?];
             let Some(&(_, count, _)) = MODELS.get(model) else {
-                return Err(records.fault(format!("camera {id} is of model {model}, which is not known")));
+                let name = if model == MODELS.len() {
+                    format!("`{PANORAMA}`")
+                } else {
+                    model.to_string()
+                };
+                return Err(records.fault(format!("camera {id}: {}", super::unknown_model(&name))));
             };
             let [first, second, third] = records.numbers()?;
             let mut parameters = vec![first, second, third];

@@ -1,4 +1,7 @@
-use super::super::Poses;
+use super::{
+    super::{PoseFile, Poses},
+    MODELS,
+};
 use crate::scene::{Camera, Projection};
 use glam::{DMat3, DQuat, DVec3};
 use std::{fs, path::Path};
@@ -17,7 +20,7 @@ fn pose() -> [f64; 7] {
 }
 
 fn found(folder: &Path, name: &str) -> Result<Poses, String> {
-    let poses = Poses::read(&folder.join(name), 1.5);
+    let poses = PoseFile::read(&folder.join(name)).and_then(|file| file.poses([600, 400]));
     poses.map_err(|error| error.text().unwrap_or_default())
 }
 
@@ -98,7 +101,16 @@ fn broken_files_are_refused() {
         (camera, "1 1 0 0 0 0 0 0 2 a.png\n", "a.png: no camera 2"),
         (camera, "1 0 0 0 0 0 0 0 1 a.png\n", "frames[0]"),
         (camera, "# none\n", "0 frames"),
-        ("1 BOX 6 4\n", "", "cameras.txt:1:3: unknown camera model `BOX`"),
+        (
+            "1 BOX 6 4\n",
+            "",
+            "cameras.txt:1:3: unknown camera model `BOX`, expected one that octray knows, such as PINHOLE",
+        ),
+        (
+            "1 EQUIRECTANGULAR 6 4 6 4\n",
+            "",
+            "cameras.txt:1:3: EQUIRECTANGULAR has no focal length",
+        ),
         ("1 PINHOLE 6 4 1\n", "", "PINHOLE has 1 parameters, expected 4"),
         (
             "1 PINHOLE 600 400 0 0 300 200\n",
@@ -119,5 +131,94 @@ fn broken_files_are_refused() {
             assert!(error.contains("end"), "{length}: {error}");
         }
         fs::write(folder.join(name), whole).expect("a file");
+    }
+}
+
+/// Every model by its number and name: focal lengths, the principal point and whether the lens is curved.
+#[test]
+fn all_models_are_known() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let words = pose().map(|number| number.to_string()).join(" ");
+    for (number, &(name, count, is_simple)) in MODELS.iter().enumerate() {
+        let focals: &[f64] = if is_simple { &[400.0] } else { &[500.0, 400.0] };
+        let mut parameters = [focals, &[310.0, 190.0]].concat();
+        parameters.resize(count, 0.0);
+        if name == "EUCM" {
+            parameters[5] = 1.0;
+        }
+        let text = parameters
+            .iter()
+            .map(f64::to_string)
+            .collect::<Vec<_>>()
+            .join(" ");
+        write(
+            folder,
+            &format!("7 {name} 600 400 {text}\n"),
+            &format!("1 {words} 7 a.png\n"),
+        );
+        write_binary(folder);
+        let mut cameras = 1_u64.to_le_bytes().to_vec();
+        cameras.extend([7, number as u32].iter().flat_map(|n| n.to_le_bytes()));
+        cameras.extend([600_u64, 400].iter().flat_map(|n| n.to_le_bytes()));
+        cameras.extend(parameters.iter().flat_map(|n| n.to_le_bytes()));
+        fs::write(folder.join("cameras.bin"), cameras).expect("a file");
+        for file in ["images.txt", "images.bin"] {
+            let poses = found(folder, file).unwrap_or_else(|error| panic!("{name}: {error}"));
+            let is_fisheye = name.contains("FISHEYE") || name == "FOV";
+            assert_eq!(
+                poses.notes.len(),
+                usize::from(is_fisheye),
+                "{name} {:?}",
+                poses.notes
+            );
+            let found = poses.poses[0].camera.intrinsics(600, 400).expect("perspective");
+            let expected = [focals[0], 400.0, 310.0, 190.0];
+            for (a, b) in [found.focal, found.principal_point].concat().iter().zip(expected) {
+                assert!((a - b).abs() < 1e-9, "{name}: {found:?}");
+            }
+        }
+    }
+    let camera = |number: u32| {
+        let bytes = 1_u64.to_le_bytes().into_iter().chain(7_u32.to_le_bytes());
+        let bytes: Vec<u8> = bytes.chain(number.to_le_bytes()).chain([0; 64]).collect();
+        fs::write(folder.join("cameras.bin"), bytes).expect("a file");
+        found(folder, "images.bin").expect_err("no such model")
+    };
+    assert!(camera(17).contains("camera 7: EQUIRECTANGULAR has no focal length"));
+    assert!(camera(18).contains("camera 7: unknown camera model 18, expected one that octray knows"));
+}
+
+/// A folder stands for its list of images.
+#[test]
+fn a_reconstruction_is_a_folder() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let error = found(folder, "").expect_err("it is empty");
+    assert!(
+        error.contains("this is a directory without images.bin or images.txt"),
+        "{error}"
+    );
+    let words = pose().map(|number| number.to_string()).join(" ");
+    write(
+        folder,
+        "7 PINHOLE 600 400 500 400 300 200\n",
+        &format!("1 {words} 7 text.png\n"),
+    );
+    assert_eq!(found(folder, "").expect("poses").poses[0].name, "text");
+    write_binary(folder);
+    assert_eq!(found(folder, "").expect("poses").poses[0].name, "my picture 1");
+    let file = PoseFile::read(folder).expect("poses");
+    assert_eq!(file.size(), Some([600, 400]));
+    assert_eq!(
+        file.files(),
+        ["images.bin", "cameras.bin"].map(|name| folder.join(name))
+    );
+    for (name, expected) in [
+        ("cameras.bin", "no poses: name images.bin"),
+        ("points3D.txt", "no poses: name images.txt"),
+    ] {
+        let error = found(folder, name).expect_err(name);
+        assert!(error.contains(expected), "{error}");
     }
 }

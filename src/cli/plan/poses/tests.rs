@@ -1,0 +1,238 @@
+use super::*;
+use crate::scene::ImagePlane;
+
+fn found(text: &str, size: [u32; 2]) -> Result<Poses, String> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("t.json");
+    std::fs::write(&path, text).expect("a file");
+    let poses = PoseFile::read(&path).and_then(|file| file.poses(size));
+    poses.map_err(|error| error.text().unwrap_or_default())
+}
+
+#[test]
+fn saved_poses_are_read_again() {
+    let cameras = [
+        (DVec3::new(3.0, -2.0, 1.0), DVec3::Z),
+        (DVec3::new(0.1, 0.2, -4.0), DVec3::Y),
+    ]
+    .map(|(eye, up)| Camera::look_at(eye, DVec3::new(0.0, 0.0, 0.5), up, 40.0).expect("a camera"));
+    let mut saved = SavedPoses::new([640, 360], 0.001);
+    for camera in &cameras {
+        let picture = "train/r_7.png".into();
+        saved.push(
+            PoseFiles {
+                picture,
+                ..PoseFiles::default()
+            },
+            camera,
+        );
+    }
+    let text = serde_json::to_string(&saved.file()).expect("JSON");
+    let read = found(&text, [640, 360]).expect("poses");
+    assert!(read.notes.is_empty());
+    for (pose, camera) in read.poses.iter().zip(&cameras) {
+        assert_eq!(pose.name, "r_7");
+        let (a, b) = (pose.camera.view(), camera.view());
+        let direction = |view: &View| (view.target - view.eye).normalize();
+        assert!((a.eye - b.eye).length() < 1e-12 && (direction(&a) - direction(&b)).length() < 1e-12);
+        let (Projection::Perspective { fov_degrees: a }, Projection::Perspective { fov_degrees: b }) =
+            (a.projection, b.projection)
+        else {
+            panic!("perspective cameras")
+        };
+        assert!((a - b).abs() < 1e-9, "{a} {b}");
+    }
+}
+
+/// The file of the synthetic NeRF scenes has a horizontal angle alone.
+#[test]
+fn a_horizontal_angle_is_enough() {
+    let frame = r#"{"file_path":"./train/r_0","rotation":0.1,"transform_matrix":[[1,0,0,0],[0,0,-1,-4],[0,1,0,0.5],[0,0,0,1]]}"#;
+    let text = format!(r#"{{"camera_angle_x":0.6911,"frames":[{frame}]}}"#);
+    let poses = found(&text, [8, 8]).expect("poses");
+    let view = poses.poses[0].camera.view();
+    assert_eq!(view.eye, DVec3::new(0.0, -4.0, 0.5));
+    assert_eq!(
+        (view.target - view.eye, poses.poses[0].name.as_str()),
+        (DVec3::Y, "r_0")
+    );
+    let wide = found(&text, [16, 8]).expect("poses").poses[0].camera.view();
+    assert!(format!("{:?}", wide.projection) < format!("{:?}", view.projection));
+    let curved = text.replacen('{', r#"{"k1":0.1,"cx":10,"w":40,"#, 1);
+    assert_eq!(found(&curved, [8, 8]).expect("poses").notes.len(), 2);
+}
+
+#[test]
+fn broken_files_are_refused() {
+    let frame =
+        |matrix: &str| format!(r#"{{"camera_angle_x":1,"frames":[{{"transform_matrix":{matrix}}}]}}"#);
+    for (text, expected) in [
+        (
+            String::new(),
+            "t.json: the file is empty, expected a NeRF transforms.json",
+        ),
+        (
+            "{".to_owned(),
+            "1:1: not a NeRF transforms.json: the file is cut short",
+        ),
+        (r#"{"frames":[]}"#.to_owned(), "0 frames"),
+        (frame("[[1,0,0]]"), "not a NeRF transforms.json"),
+        (frame("[[1,0,0,0]]"), "frames[0]: transform_matrix has 1 rows"),
+        (
+            frame("[[0,0,0,0],[0,0,0,0],[0,0,0,0]]"),
+            "frames[0]: eye and target",
+        ),
+        (
+            frame("[[1,0,0,1e999],[0,1,0,0],[0,0,1,0]]"),
+            "not a NeRF transforms.json",
+        ),
+        (
+            frame("[[1,0,0,0],[0,1,0,0],[0,0,1,0]]").replace("\"camera_angle_x\":1,", ""),
+            "no field of view",
+        ),
+        (
+            frame("[[1,0,0,0],[0,1,0,0],[0,0,1,0]]").replace("x\":1,", "x\":9,"),
+            "field of view",
+        ),
+    ] {
+        let error = found(&text, [8, 8]).expect_err(&text);
+        assert!(error.contains(expected), "{text}: {error}");
+    }
+}
+
+/// A pose of a file with that lens, and its notes.
+fn posed(lens: &str, frame: &str) -> Poses {
+    let matrix = "[[1,0,0,0],[0,1,0,0],[0,0,1,0]]";
+    let text = format!(r#"{{{lens}"frames":[{{{frame}"transform_matrix":{matrix}}}]}}"#);
+    found(&text, [320, 240]).unwrap_or_else(|error| panic!("{text}: {error}"))
+}
+
+#[test]
+fn intrinsics_are_those_of_the_file() {
+    // At half of the file's size.
+    let lens = r#""w":640,"h":480,"fl_x":1000,"fl_y":700,"cx":340,"cy":230,"#;
+    let frame = r#""cx":300,"#;
+    for (common, frame, cx) in [(lens, "", 170.0), (lens, frame, 150.0), ("", lens, 170.0)] {
+        let poses = posed(common, frame);
+        assert!(poses.notes.is_empty(), "{:?}", poses.notes);
+        let found = poses.poses[0].camera.intrinsics(320, 240).expect("perspective");
+        let numbers = [found.focal, found.principal_point].concat();
+        for (found, expected) in numbers.iter().zip([500.0, 350.0, cx, 115.0]) {
+            assert!((found - expected).abs() < 1e-9, "{frame}: {numbers:?}");
+        }
+    }
+    // A focal length along one axis is for both; angles and focal lengths are rounded.
+    for lens in [
+        r#""w":640,"h":480,"fl_x":700,"cx":320,"cy":240,"#,
+        r#""w":640,"h":480,"fl_y":700,"camera_angle_x":0.8575560548920328,"#,
+    ] {
+        let camera = posed(lens, "").poses[0].camera;
+        assert_eq!(camera.image_plane(), ImagePlane::CENTERED, "{lens}");
+        let focal = camera.intrinsics(320, 240).expect("perspective").focal[1];
+        assert!((focal - 350.0).abs() < 1e-9, "{lens}: {focal}");
+    }
+}
+
+#[test]
+fn lenses_that_are_not_pinholes_are_noted() {
+    for lens in [
+        r#""camera_model":"OPENCV_FISHEYE","#,
+        r#""camera_model":"EQUIRECTANGULAR","#,
+        r#""k3":0.1,"#,
+        r#""k4":-0.1,"#,
+        r#""distortion_params":[0,0.1,0,0],"#,
+        r#""is_fisheye":true,"#,
+        r#""equirectangular":true,"#,
+        r#""latlong":true,"#,
+        r#""ftheta_p0":0.5,"#,
+    ] {
+        for in_frame in [false, true] {
+            let angle = r#""camera_angle_x":1,"#;
+            let poses = if in_frame {
+                posed(angle, lens)
+            } else {
+                posed(&format!("{angle}{lens}"), "")
+            };
+            let [note] = &poses.notes[..] else {
+                panic!("{lens}: {:?}", poses.notes)
+            };
+            assert!(note.contains("lens distortion"), "{lens}: {note}");
+        }
+    }
+    for lens in [
+        r#""camera_model":"OPENCV","k1":0,"k2":0.0,"k3":0,"k4":0,"p1":0,"p2":0,"#,
+        r#""camera_model":"PINHOLE","distortion_params":[0,0,0,0,0,0],"#,
+        r#""is_fisheye":false,"latlong":null,"#,
+    ] {
+        let poses = posed(&format!(r#"{lens}"camera_angle_x":1,"#), "");
+        assert!(poses.notes.is_empty(), "{lens}: {:?}", poses.notes);
+    }
+}
+
+#[test]
+fn intrinsics_that_differ_are_saved_for_each_frame() {
+    let camera = |fov| Camera::look_at(DVec3::X, DVec3::ZERO, DVec3::Z, fov).expect("a camera");
+    let plane = ImagePlane {
+        principal_offset: [0.1, -0.2],
+        pixel_aspect: 1.25,
+    };
+    let shifted = camera(40.0).with_image_plane(plane).expect("a camera");
+    for (cameras, is_shared) in [
+        ([shifted, shifted], true),
+        ([camera(40.0), camera(50.0)], false),
+        ([camera(40.0), shifted], false),
+    ] {
+        let mut saved = SavedPoses::new([320, 240], 0.001);
+        for camera in &cameras {
+            saved.push(PoseFiles::default(), camera);
+        }
+        let text = serde_json::to_string(&saved.file()).expect("JSON");
+        let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        for key in ["fl_x", "fl_y", "cx", "cy", "w", "h"] {
+            assert_eq!(json[key].is_number(), is_shared, "{text}");
+            assert_eq!(json["frames"][1][key].is_number(), !is_shared, "{text}");
+        }
+        assert!(json["integer_depth_scale"].is_null(), "{text}");
+        let read = found(&text, [320, 240]).expect("poses");
+        for (pose, camera) in read.poses.iter().zip(&cameras) {
+            let [a, b] =
+                [&pose.camera, camera].map(|camera| camera.intrinsics(320, 240).expect("perspective"));
+            for (a, b) in [a.focal, a.principal_point]
+                .concat()
+                .iter()
+                .zip([b.focal, b.principal_point].concat())
+            {
+                assert!((a - b).abs() < 1e-9, "{text}");
+            }
+        }
+    }
+}
+
+#[test]
+fn pictures_of_one_size_have_a_size() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("t.json");
+    let matrix = r#""transform_matrix":[[1,0,0,0],[0,1,0,0],[0,0,1,0]]"#;
+    for (lens, frames, expected) in [
+        (r#""w":640.0,"h":480"#, ["", ""], Some([640, 480])),
+        (r#""w":640"#, [r#""h":480,"#; 2], Some([640, 480])),
+        (r#""w":640"#, [r#""h":480,"#, r#""h":481,"#], None),
+        (r#""w":640"#, [r#""h":480,"#, ""], None),
+        (r#""w":640,"h":0"#, ["", ""], None),
+        (r#""w":640,"h":-1"#, ["", ""], None),
+        (r#""w":640,"h":1e300"#, ["", ""], None),
+        (r#""w":640.5,"h":9"#, ["", ""], None),
+    ] {
+        let [a, b] = frames;
+        let text = format!(r#"{{{lens},"camera_angle_x":1,"frames":[{{{a}{matrix}}},{{{b}{matrix}}}]}}"#);
+        std::fs::write(&path, &text).expect("a file");
+        assert_eq!(PoseFile::read(&path).expect(&text).size(), expected, "{text}");
+    }
+    let lens = r#""w":640,"h":480,"camera_angle_x":1,"#;
+    assert!(posed(lens, "").notes.is_empty());
+    let notes = posed(&lens.replace("480", "640"), "").notes;
+    assert!(
+        notes.len() == 1 && notes[0].contains("another shape than 320x240"),
+        "{notes:?}"
+    );
+}
