@@ -60,7 +60,7 @@ struct Search {
 }
 
 impl Search {
-    /// Of what is no farther than the point `near` of the geometry, if it is known.
+    /// Begins a search for what is no farther than `near`, a point of the geometry, if one is known.
     fn new(point: DVec3, near: Option<DVec3>) -> Self {
         let rounded = point.as_vec3();
         let mut search = Self {

@@ -44,7 +44,7 @@ fn counts_depend_only_on_the_seed() {
 fn one_scene_can_be_repeated() {
     let folder = Folder::new();
     let run = folder.run(&["verify", "--scene", "123456", "--seed", "9"]);
-    assert!(run.succeeded().text().contains("in 1 scenes"), "{run:?}");
+    assert!(run.succeeded().text().contains("in 1 scene of"), "{run:?}");
 }
 
 #[test]
