@@ -8,6 +8,10 @@ use rayon::prelude::*;
 // Tuned: see docs/lab-notes.md#varied-constants
 const POINTS: usize = 256;
 
+/// Among fewer points per task neighbours are too far from each other for an order to pay.
+// Tuned: see docs/lab-notes.md#closest-points
+const FEWEST_ORDERED: usize = 1024;
+
 /// Points that are ordered together, at most: in more points neighbours are nearer, but they need more memory.
 // Tuned: see docs/lab-notes.md#closest-points
 const MOST_ORDERED: usize = 65_536;
@@ -142,7 +146,10 @@ fn for_neighbours<T: Send>(
 ) {
     assert_eq!(points.len(), answers.len(), "an answer for each point");
     let even = points.len().div_ceil(4 * rayon::current_num_threads());
-    let size = even.clamp(POINTS, MOST_ORDERED);
+    if even < FEWEST_ORDERED {
+        return for_points(points, answers, |point| answer(point, &mut None));
+    }
+    let size = even.min(MOST_ORDERED);
     let pieces = answers.par_chunks_mut(size).enumerate();
     pieces.for_each(|(piece, answers)| {
         let point = |i: usize| points.get(piece * size + i);

@@ -50,7 +50,7 @@ fn many_closest_points_are_those_of_one_by_one() {
             .collect();
         let geometry = Geometry::from_triangles(&far, &triangles).unwrap();
         // Near, on vertices, many at one place, far, and not finite.
-        let points: Vec<[f64; 3]> = (0..3000)
+        let points: Vec<[f64; 3]> = (0..9000)
             .map(|i| match i % 5 {
                 0 => far[random.0.usize(..far.len())],
                 1 => [1e6, 1e6 + 1e-7, 1e6],
