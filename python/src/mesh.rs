@@ -3,7 +3,7 @@
 use crate::{
     arrays::{RayEnds, Vectors, part_of_all, rows},
     rays::{AskedRays, asked},
-    threads::{PART, Pace, SMALL_PART, Threads, Turns, in_parts, interruptible},
+    threads::{SMALL_PART, Threads, Turns, in_parts, in_steps, interruptible},
 };
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use octray::{
@@ -88,13 +88,10 @@ impl Mesh {
         ask: impl Fn(&Geometry, Rays<'_>, &mut [T]) + Sync + Send,
     ) -> PyResult<Vec<T>> {
         let found = self.run(py, rays.len(), |geometry, cancelled| {
-            let (mut answers, pace) = (vec![nothing; rays.len()], Pace::default());
-            in_parts(&mut answers, PART, cancelled, |range, answers| {
-                pace.steps(answers, cancelled, |step, answers| {
-                    let range = range.start + step.start..range.start + step.end;
-                    ask(geometry, rays.part(&range)?, answers);
-                    Ok(())
-                })
+            let mut answers = vec![nothing; rays.len()];
+            in_steps(&mut answers, cancelled, |range, answers| {
+                ask(geometry, rays.part(&range)?, answers);
+                Ok(())
             })
             .map(|()| answers)
         })?;
@@ -115,7 +112,7 @@ impl Mesh {
             let mut answers = vec![nothing; count];
             // Without points as well, so that an unsuitable mesh is rejected.
             ask(geometry, part_of_all(points, &(0..0)), &mut [])?;
-            in_parts(&mut answers, SMALL_PART, cancelled, |range, answers| {
+            in_steps(&mut answers, cancelled, |range, answers| {
                 ask(geometry, part_of_all(points, &range), answers)
             })
             .map(|()| answers)

@@ -16,15 +16,15 @@ use std::{
 /// How often a long call checks for Ctrl-C.
 const POLL: Duration = Duration::from_millis(20);
 
-/// How long rays may be traced between two checks.
+/// How long a thread may work between two checks.
 const STEP: Duration = Duration::from_millis(100);
 
 /// How often a waiting call checks whether its turn has come.
 const TURN: Duration = Duration::from_millis(1);
 
-/// Rays per task, the number that the library traces at a time. Cancellation is noticed between tasks.
-pub const PART: usize = 1 << 14;
-/// The same for points, and for all hits of rays: some take a thousand times as long.
+/// Rays or points per task, the number of rays that the library traces at a time.
+const PART: usize = 1 << 14;
+/// The same for all hits of rays: some take a thousand times as long. Cancellation is noticed between tasks.
 pub const SMALL_PART: usize = 1 << 8;
 
 /// The process and the threads of all meshes without a number of threads. A forked process has none of its parent's threads,
@@ -174,7 +174,7 @@ pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(&AtomicBool) -> 
 
 /// The number of rays that are traced between two checks: small at first, then what [`STEP`] has time for. In most meshes
 /// that is a whole part; where thousands of triangles overlap, a ray may take milliseconds.
-pub struct Pace(AtomicUsize);
+struct Pace(AtomicUsize);
 
 impl Default for Pace {
     fn default() -> Self {
@@ -184,7 +184,7 @@ impl Default for Pace {
 
 impl Pace {
     /// Calls `ask` with one range after the other of a part's `answers`, until the call is cancelled.
-    pub fn steps<T>(
+    fn steps<T>(
         &self,
         answers: &mut [T],
         cancelled: &AtomicBool,
@@ -204,7 +204,22 @@ impl Pace {
     }
 }
 
-/// Calls `ask` with ranges of rays or points and their `answers`, on all threads of the pool, until the call is cancelled.
+/// Calls `ask` with ranges of rays or points and their `answers`, on all threads of the pool, until the call is cancelled, which
+/// is noticed soon however long an answer takes.
+pub fn in_steps<T: Send>(
+    answers: &mut [T],
+    cancelled: &AtomicBool,
+    ask: impl Fn(Range<usize>, &mut [T]) -> Result<(), QueryError> + Sync,
+) -> Result<(), QueryError> {
+    let pace = Pace::default();
+    in_parts(answers, PART, cancelled, |part, answers| {
+        pace.steps(answers, cancelled, |step, answers| {
+            ask(part.start + step.start..part.start + step.end, answers)
+        })
+    })
+}
+
+/// Calls `ask` with parts of `answers` and their ranges, on all threads of the pool, until the call is cancelled.
 /// Threads wait for each other only at the end, so that a core taken by another program delays the others little.
 pub fn in_parts<T: Send>(
     answers: &mut [T],
