@@ -92,9 +92,14 @@ pub fn misread(arguments: &[OsString]) -> Option<String> {
 /// The message for long options with one hyphen, as in `-output=a.png`, which clap reads as `-o utput=a.png`, or with a dash
 /// of word processors.
 pub fn one_dash(arguments: &[OsString]) -> Option<String> {
-    let all = definition();
-    let options = || all.get_subcommands().flat_map(clap::Command::get_arguments);
-    let is_long = |name: &&str| name.len() > 1 && options().any(|option| option.get_long() == Some(*name));
+    let is_long = |name: &&str| {
+        name.len() > 1
+            && !name.starts_with('-')
+            && definition()
+                .get_subcommands()
+                .flat_map(clap::Command::get_arguments)
+                .any(|option| option.get_long() == Some(*name))
+    };
     let options_only = texts(arguments).take_while(|&word| word != "--");
     let mut names = options_only.filter_map(|word| word.strip_prefix(['-', '–', '—'])?.split('=').next());
     let name = names.find(is_long)?;
