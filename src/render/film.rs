@@ -208,9 +208,9 @@ pub fn quantize(channel: f32) -> u8 {
 }
 
 /// Returns 255 x clamp(c, 0, 1), rounded to the nearest: for values that are no colours, such as components of normals.
+#[cfg(feature = "cli")]
 #[inline]
-#[must_use]
-pub fn nearest_byte(channel: f32) -> u8 {
+pub(crate) fn nearest_byte(channel: f32) -> u8 {
     libm::roundf(channel.clamp(0.0, 1.0) * 255.0) as u8
 }
 

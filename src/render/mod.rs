@@ -17,7 +17,9 @@ mod transfer;
 
 pub use aov::{Aov, Aovs};
 pub use crop::Crop;
-pub use film::{ByteFilm, Film, Pixel, nearest_byte, quantize};
+#[cfg(feature = "cli")]
+pub(crate) use film::nearest_byte;
+pub use film::{ByteFilm, Film, Pixel, quantize};
 pub use frame::render;
 #[cfg(feature = "png")]
 pub use png::{SOFTWARE, write_png};
