@@ -3,7 +3,7 @@
 use crate::{
     arrays::{RayEnds, Vectors, part_of_all, rows},
     rays::{AskedRays, asked},
-    threads::{SMALL_PART, Threads, Turns, in_parts, in_steps, interruptible},
+    threads::{PART, Pace, SMALL_PART, Threads, Turns, in_parts, interruptible},
 };
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use octray::{
@@ -88,10 +88,13 @@ impl Mesh {
         ask: impl Fn(&Geometry, Rays<'_>, &mut [T]) + Sync + Send,
     ) -> PyResult<Vec<T>> {
         let found = self.run(py, rays.len(), |geometry, cancelled| {
-            let mut answers = vec![nothing; rays.len()];
-            in_steps(&mut answers, cancelled, |range, answers| {
-                ask(geometry, rays.part(&range)?, answers);
-                Ok(())
+            let (mut answers, pace) = (vec![nothing; rays.len()], Pace::default());
+            in_parts(&mut answers, PART, cancelled, |part, answers| {
+                pace.steps(answers, cancelled, |step, answers| {
+                    let range = part.start + step.start..part.start + step.end;
+                    ask(geometry, rays.part(&range)?, answers);
+                    Ok(())
+                })
             })
             .map(|()| answers)
         })?;
@@ -112,10 +115,12 @@ impl Mesh {
             let mut answers = vec![nothing; count];
             // Without points as well, so that an unsuitable mesh is rejected.
             ask(geometry, part_of_all(points, &(0..0)), &mut [])?;
-            in_steps(&mut answers, cancelled, |range, answers| {
-                ask(geometry, part_of_all(points, &range), answers)
-            })
-            .map(|()| answers)
+            // All threads work on one step, since the library answers neighbours together.
+            Pace::default()
+                .steps(&mut answers, cancelled, |range, answers| {
+                    ask(geometry, part_of_all(points, &range), answers)
+                })
+                .map(|()| answers)
         })?;
         found.map_err(raised)
     }

@@ -22,8 +22,8 @@ const STEP: Duration = Duration::from_millis(100);
 /// How often a waiting call checks whether its turn has come.
 const TURN: Duration = Duration::from_millis(1);
 
-/// Rays or points per task, the number of rays that the library traces at a time.
-const PART: usize = 1 << 14;
+/// Rays per task, the number that the library traces at a time.
+pub const PART: usize = 1 << 14;
 /// The same for all hits of rays: some take a thousand times as long. Cancellation is noticed between tasks.
 pub const SMALL_PART: usize = 1 << 8;
 
@@ -172,9 +172,9 @@ pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(&AtomicBool) -> 
     }
 }
 
-/// The number of rays that are traced between two checks: small at first, then what [`STEP`] has time for. In most meshes
-/// that is a whole part; where thousands of triangles overlap, a ray may take milliseconds.
-struct Pace(AtomicUsize);
+/// The number of rays or points that are answered between two checks: small at first, then what [`STEP`] has time for. In most
+/// meshes that is a whole part; where thousands of triangles overlap, a ray may take milliseconds.
+pub struct Pace(AtomicUsize);
 
 impl Default for Pace {
     fn default() -> Self {
@@ -183,8 +183,8 @@ impl Default for Pace {
 }
 
 impl Pace {
-    /// Calls `ask` with one range after the other of a part's `answers`, until the call is cancelled.
-    fn steps<T>(
+    /// Calls `ask` with one range of `answers` after the other, until the call is cancelled.
+    pub fn steps<T>(
         &self,
         answers: &mut [T],
         cancelled: &AtomicBool,
@@ -197,26 +197,11 @@ impl Pace {
             ask(start..end, &mut answers[start..end])?;
             let steps = STEP.as_secs_f64() / before.elapsed().as_secs_f64().max(1e-9);
             let next = ((end - start) as f64 * steps) as usize;
-            self.0.store(next.clamp(16, PART), Ordering::Relaxed);
+            self.0.store(next.max(16), Ordering::Relaxed);
             start = end;
         }
         Ok(())
     }
-}
-
-/// Calls `ask` with ranges of rays or points and their `answers`, on all threads of the pool, until the call is cancelled, which
-/// is noticed soon however long an answer takes.
-pub fn in_steps<T: Send>(
-    answers: &mut [T],
-    cancelled: &AtomicBool,
-    ask: impl Fn(Range<usize>, &mut [T]) -> Result<(), QueryError> + Sync,
-) -> Result<(), QueryError> {
-    let pace = Pace::default();
-    in_parts(answers, PART, cancelled, |part, answers| {
-        pace.steps(answers, cancelled, |step, answers| {
-            ask(part.start + step.start..part.start + step.end, answers)
-        })
-    })
 }
 
 /// Calls `ask` with parts of `answers` and their ranges, on all threads of the pool, until the call is cancelled.
