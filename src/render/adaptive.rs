@@ -1,9 +1,9 @@
-//! Adaptive sampling: which pixels of a tile take all samples.
+//! Adaptive sampling: how many samples the pixels of a tile take.
 //!
 //! ```text
 //! tile and a ring of one pixel -- first samples --> means --> display values
 //!                                                                |
-//! pixels of the tile  <-- remaining samples --  those that differ from a neighbour
+//! pixels of the tile  <-- more samples --  those that differ from a neighbour
 //! ```
 //!
 //! After Mitchell, *Generating Antialiased Images at Low Sampling Densities*, 1987. Only colour decides, because an edge,
@@ -33,6 +33,22 @@ const FIRST_OF_SOFT: u32 = 4;
 // Tuned: see docs/lab-notes.md#adaptive-samples
 const MAX_CONTRAST: f32 = 8.0 / 255.0;
 
+/// Without noise, pixels of less contrast take half or a quarter of all samples, of which there are usually 16: few enough that
+/// one of them changes the mean by at most [`MAX_CONTRAST`].
+// Tuned: see docs/lab-notes.md#adaptive-samples
+const HALF: f32 = 8.0 * MAX_CONTRAST;
+const QUARTER: f32 = 4.0 * MAX_CONTRAST;
+
+/// Pixels that take equally many samples.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Grade {
+    /// Their contrast.
+    above: f32,
+    most: f32,
+    /// The samples they take, the first ones included.
+    pub samples: u32,
+}
+
 impl FrameContext<'_> {
     /// Returns the samples that every pixel takes.
     pub fn first_samples(&self) -> u32 {
@@ -44,6 +60,25 @@ impl FrameContext<'_> {
             (true, false) => samples.min(FIRST),
             (true, true) => samples.min(FIRST_OF_SOFT),
         }
+    }
+
+    /// Returns the grades of pixels that take more than the first samples.
+    pub fn grades(&self) -> impl Iterator<Item = Grade> {
+        let (all, first) = (self.settings.samples, self.first_samples());
+        // Noise has little contrast, too, but needs all samples.
+        let [quarter, half] = if first == FIRST {
+            [QUARTER, HALF]
+        } else {
+            [MAX_CONTRAST; 2]
+        };
+        [
+            (MAX_CONTRAST, quarter, all.min(4.max(all / 4))),
+            (quarter, half, all.min(8.max(all / 2))),
+            (half, f32::INFINITY, all),
+        ]
+        .into_iter()
+        .map(|(above, most, samples)| Grade { above, most, samples })
+        .filter(move |grade| grade.above < grade.most && grade.samples > first)
     }
 
     /// Returns the context of the whole picture. Its tiles lie at absolute pixels.
@@ -61,14 +96,14 @@ impl FrameContext<'_> {
 }
 
 impl Settings {
-    /// Returns the expected number of camera rays per pixel, from measured shares of refined pixels. `is_sampled`: whether
+    /// Returns the expected number of camera rays per pixel, from measured shares of the samples that are taken. `is_sampled`: whether
     /// light or the lens is sampled.
     #[cfg(feature = "cli")]
     pub(crate) fn expected_samples(&self, is_sampled: bool) -> f64 {
         let (first, share) = if is_sampled {
             (FIRST_OF_SOFT, 0.6)
         } else {
-            (FIRST, 0.1)
+            (FIRST, 0.03)
         };
         if !self.adaptive || self.samples <= first {
             return f64::from(self.samples);
@@ -227,9 +262,10 @@ impl Neighborhood {
         }
     }
 
-    /// Returns whether an absolute pixel of the tile takes all samples.
-    pub fn differs(&self, pixel: [u32; 2]) -> bool {
-        self.contrast[self.index(pixel)] > MAX_CONTRAST
+    /// Returns whether an absolute pixel of the tile is of a grade.
+    pub fn is_of(&self, pixel: [u32; 2], grade: Grade) -> bool {
+        let contrast = self.contrast[self.index(pixel)];
+        grade.above < contrast && contrast <= grade.most
     }
 
     /// Adds samples of up to eight absolute pixels: colours, and coverage if there is any.

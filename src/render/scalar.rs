@@ -65,7 +65,7 @@ impl ScalarTile<'_> {
         }
     }
 
-    /// The first samples of the tile and of the ring around it, then the others of pixels that differ.
+    /// The first samples of the tile and of the ring around it, then more of pixels that differ.
     fn render_adaptive<P: Pixel>(&mut self, rect: TileRect, band: &mut [P]) {
         let &FrameContext { window, settings, .. } = self.context;
         let tile = rect.absolute(window);
@@ -79,9 +79,10 @@ impl ScalarTile<'_> {
         }
         neighborhood.compare();
         for pixel in tile.each_pixel() {
-            if neighborhood.differs(pixel) {
+            let mut grades = self.context.grades();
+            if let Some(grade) = grades.find(|&grade| neighborhood.is_of(pixel, grade)) {
                 let mut samples = neighborhood.samples(pixel);
-                self.add_samples(pixel, settings.samples, &mut samples);
+                self.add_samples(pixel, grade.samples, &mut samples);
                 neighborhood.set(pixel, samples);
                 neighborhood.average(pixel);
             }

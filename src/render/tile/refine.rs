@@ -1,4 +1,4 @@
-//! Adaptive tiles: the first samples of all pixels, then the remaining ones of those that differ from a neighbour.
+//! Adaptive tiles: the first samples of all pixels, then more of those that differ from a neighbour.
 
 use super::{TileScratch, constant_background, fill, inside, pixels_of};
 use crate::{
@@ -6,7 +6,7 @@ use crate::{
     ray::{RayPacket, T_MAX},
     render::{
         Pixel, RayCounts, TileTimes,
-        adaptive::Neighborhood,
+        adaptive::{Grade, Neighborhood},
         frame::{FrameContext, TileRect},
     },
     scene::for_each_packet,
@@ -40,9 +40,11 @@ impl TileScratch<'_> {
                 self.sum_samples(&whole, area, may_hit, P::HAS_ALPHA, &mut times);
                 let start = Instant::now();
                 at_level!(settings.level, |simd| self.spread(simd, area, first_samples));
-                self.find_refined(tile, settings.samples - first_samples);
                 times.film = start.elapsed();
-                camera += self.refine(&whole, first_samples, P::HAS_ALPHA, &mut times);
+                for grade in whole.grades() {
+                    self.find_refined(tile, grade);
+                    camera += self.refine(&whole, first_samples..grade.samples, P::HAS_ALPHA, &mut times);
+                }
                 let start = Instant::now();
                 let neighborhood = &self.neighborhood;
                 at_level!(settings.level, |simd| neighborhood
@@ -73,12 +75,9 @@ impl TileScratch<'_> {
         self.neighborhood.compare();
     }
 
-    /// Lists the pixels that take `more` samples, in the order of packets.
-    fn find_refined(&mut self, tile: TileRect, more: u32) {
+    /// Lists the pixels of a grade, in the order of packets.
+    fn find_refined(&mut self, tile: TileRect, grade: Grade) {
         self.refined.clear();
-        if more == 0 {
-            return;
-        }
         for_each_packet(tile.width, tile.height, |[x, y]| {
             let (is_inside, pixels) = (inside(tile, x, y), pixels_of(tile, x, y));
             let pixels = (0..LANES)
@@ -86,32 +85,31 @@ impl TileScratch<'_> {
                 .map(|lane| pixels[lane]);
             let neighborhood = &self.neighborhood;
             self.refined
-                .extend(pixels.filter(|&pixel| neighborhood.differs(pixel)));
+                .extend(pixels.filter(|&pixel| neighborhood.is_of(pixel, grade)));
         });
     }
 
-    /// Adds the samples from `first` on of the listed pixels, and returns how many.
+    /// Adds samples of the listed pixels, and returns how many.
     fn refine(
         &mut self,
         context: &FrameContext<'_>,
-        first: u32,
+        wanted: Range<u32>,
         transparent: bool,
         times: &mut TileTimes,
     ) -> u64 {
-        let all = context.settings.samples;
-        let samples_at_once = (all - first).clamp(1, self.packets as u32);
+        let samples_at_once = (wanted.len() as u32).clamp(1, self.packets as u32);
         let pixels_at_once = self.packets / samples_at_once as usize * LANES;
         let refined = std::mem::take(&mut self.refined);
         for pixels in refined.chunks(pixels_at_once) {
-            for sample in (first..all).step_by(samples_at_once as usize) {
-                let samples = sample..all.min(sample.saturating_add(samples_at_once));
+            for sample in wanted.clone().step_by(samples_at_once as usize) {
+                let samples = sample..wanted.end.min(sample.saturating_add(samples_at_once));
                 self.add_samples(context, (pixels, samples), transparent, times);
             }
             for &pixel in pixels {
                 self.neighborhood.average(pixel);
             }
         }
-        let count = refined.len() as u64 * u64::from(all - first);
+        let count = refined.len() as u64 * wanted.len() as u64;
         self.refined = refined;
         count
     }
