@@ -47,7 +47,7 @@ pub struct CameraArgs {
     #[arg(long, value_name = "x,y,z", value_parser = values::vector, allow_hyphen_values = true)]
     pub up: Option<DVec3>,
 
-    /// Vertical field of view, degrees [default: the scene camera's; 45 with --eye or --view]
+    /// Vertical field of view, degrees [default: the scene camera's; 45 for a mesh, or with --eye or --view]
     #[arg(long, value_name = "DEG", value_parser = values::degrees, allow_negative_numbers = true)]
     pub fov: Option<f64>,
 

@@ -14,7 +14,7 @@ use crate::{
         CliError, load,
         plan::{
             Job, JsonTarget, Look, Looks, MeshOptions, Pictures, Planned, PoseFile, RenderPlan, check_inputs,
-            has_number, is_standard_input,
+            has_number, is_standard_input, unknown_placeholder,
         },
         write::is_foreign,
     },
@@ -32,11 +32,11 @@ pub struct RenderArgs {
     pub scenes: Vec<PathBuf>,
 
     /// The picture: .png, .ppm, .qoi, .jpg, .bmp, .tiff or .exr (linear floats); - writes a PNG to standard output;
-    /// {stem} stands for the scene's name [default: {stem}.png, in the current directory]
+    /// {stem} stands for the scene's name, {folder} for its folder's [default: {stem}.png, in the current directory]
     #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub output: Option<PathBuf>,
 
-    /// Also replace files that octray did not write, if their names come from a default, the config file, {stem} or #
+    /// Also replace files that octray did not write, if their names come from a default, the config file, {stem}, {folder} or #
     #[arg(long, help_heading = "Picture")]
     pub force: bool,
 
@@ -169,14 +169,20 @@ impl RenderArgs {
         Err(CliError::Usage(why))
     }
 
-    /// Refuses a # in the name of the output if there are no frames.
-    fn check_numbers(&self, has_frames: bool) -> Result<(), CliError> {
+    /// Refuses a placeholder of another program in the name of the output, and a # if there are no frames.
+    fn check_placeholders(&self, has_frames: bool) -> Result<(), CliError> {
+        if let Some(word) = self.output.as_deref().and_then(unknown_placeholder) {
+            return Err(CliError::Usage(format!(
+                "{word} in the name of a picture stands for nothing; {{stem}} is the scene's name, {{folder}} its folder's, \
+                 {{pose}} a pose's"
+            )));
+        }
         let is_typed = !self.is_default("output") && self.series.sheet.is_none();
         match self.output.as_deref().filter(|output| has_number(output)) {
             Some(output) if is_typed && !has_frames && !self.series.keep_going => {
                 Err(CliError::Usage(format!(
                     "{}: # stands for the number of a frame, and there are no frames; leave it out, or ask for frames with \
-                 --turntable, --poses or a scene with keyframes (`at`)",
+                 --turntable, --sphere, --poses or a scene with keyframes (`at`)",
                     clip_path(output)
                 )))
             }
@@ -204,7 +210,7 @@ impl RenderArgs {
                 .series
                 .keyframes(&self.scenes, self.output.as_deref(), !self.is_default("fps"))?,
         };
-        self.check_numbers(turntable.is_some() || !keyframes.is_empty())?;
+        self.check_placeholders(turntable.is_some() || !keyframes.is_empty())?;
         let pictures = Pictures {
             look: &looks.mesh,
             output: self.output.as_deref(),

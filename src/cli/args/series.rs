@@ -93,7 +93,7 @@ impl SeriesArgs {
         let found = keyframes(scenes, self.frames);
         match found {
             Ok(found) if found.is_empty() && !option.is_empty() => Err(CliError::Usage(format!(
-                "{option} needs --turntable, --poses or a scene with keyframes (`at`)"
+                "{option} needs --turntable, --sphere, --poses or a scene with keyframes (`at`)"
             ))),
             // A scene that cannot be read is skipped later.
             Err(_) if self.keep_going && option.is_empty() => Ok(Vec::new()),

@@ -1,4 +1,5 @@
-//! Names of pictures, made from patterns: `{stem}` is the scene's name, a run of `#` the frame's number.
+//! Names of pictures, made from patterns: `{stem}` is the scene's name, `{folder}` that of its folder, a run of `#` the
+//! frame's number.
 
 use super::{Turn, is_standard_input};
 use std::{
@@ -39,7 +40,7 @@ pub fn picture(pattern: Option<&Path>, scene: &Path, turn: Option<Turn>) -> Pict
     };
     let path = expand(
         pattern.unwrap_or(Path::new(default)),
-        stem(scene),
+        scene,
         turn.map(|turn| turn.number),
     );
     PicturePath {
@@ -75,6 +76,40 @@ pub fn aov(picture: &Path, aov: &str) -> Option<PicturePath> {
 /// Stands for the scene's name without folder and extension.
 const STEM: &str = "{stem}";
 
+/// Stands for the name of the scene's folder.
+const FOLDER: &str = "{folder}";
+
+/// Stands for the name of a pose.
+pub const POSE: &str = "{pose}";
+
+/// What looks like a placeholder in a pattern, but is none.
+pub fn unknown_placeholder(pattern: &Path) -> Option<&str> {
+    let mut rest = pattern.to_str()?;
+    while let Some((_, after)) = rest.split_once('{') {
+        let length = after
+            .find(|c: char| !c.is_ascii_lowercase())
+            .unwrap_or(after.len());
+        if length > 0 && after[length..].starts_with('}') {
+            let word = &rest[rest.len() - after.len() - 1..][..length + 2];
+            if ![STEM, FOLDER, POSE].contains(&word) {
+                return Some(word);
+            }
+        }
+        rest = after;
+    }
+    None
+}
+
+/// The name that `{folder}` stands for: of the current folder if the scene's path has none.
+pub fn folder(scene: &Path) -> OsString {
+    if is_standard_input(scene) {
+        return "stdin".into();
+    }
+    let whole = std::path::absolute(scene).unwrap_or_else(|_| scene.to_owned());
+    let name = whole.parent().and_then(Path::file_name);
+    name.unwrap_or("octray".as_ref()).to_owned()
+}
+
 /// The name that `{stem}` stands for.
 pub fn stem(scene: &Path) -> &OsStr {
     if is_standard_input(scene) {
@@ -85,19 +120,29 @@ pub fn stem(scene: &Path) -> &OsStr {
 
 /// The name that a pattern gives. The last run of `#` in the file's name (not in its folder's) becomes `number`, padded
 /// with zeros to the run's length; without a number it stays. A pattern that is not UTF-8 is a name.
-pub fn expand(pattern: &Path, stem: &OsStr, number: Option<u32>) -> PathBuf {
+pub fn expand(pattern: &Path, scene: &Path, number: Option<u32>) -> PathBuf {
     let Some(text) = pattern.to_str() else {
         return pattern.to_owned();
     };
     let numbered = number.and_then(|number| with_number(text, number));
-    // The scene's name comes last, so that a `#` in it stays as it is. It need not be UTF-8.
+    // The scene's names come last, so that a `#` in them stays as it is. They need not be UTF-8.
     let mut name = OsString::new();
-    for (i, part) in numbered.as_deref().unwrap_or(text).split(STEM).enumerate() {
-        if i > 0 {
-            name.push(stem);
-        }
-        name.push(part);
+    let mut rest = numbered.as_deref().unwrap_or(text);
+    while let Some(start) = rest.find('{') {
+        let (before, after) = rest.split_at(start);
+        name.push(before);
+        rest = if let Some(after) = after.strip_prefix(STEM) {
+            name.push(stem(scene));
+            after
+        } else if let Some(after) = after.strip_prefix(FOLDER) {
+            name.push(folder(scene));
+            after
+        } else {
+            name.push("{");
+            &after[1..]
+        };
     }
+    name.push(rest);
     name.into()
 }
 
@@ -134,7 +179,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn name(pattern: &str, number: Option<u32>) -> String {
-        let name = expand(Path::new(pattern), "cow".as_ref(), number);
+        let name = expand(Path::new(pattern), Path::new("herd/cow.scn"), number);
         name.into_os_string().into_string().unwrap()
     }
 
@@ -170,13 +215,34 @@ mod tests {
             ("{ste#m}", Some(3), "{ste3m}"),
             ("{{stem}}", None, "{cow}"),
             ("{stem", None, "{stem"),
+            ("{folder}/{stem}.png", None, "herd/cow.png"),
+            ("{folder}{", None, "herd{"),
             ("", Some(1), ""),
             ("ä#ö", Some(1), "ä1ö"),
         ] {
             assert_eq!(name(pattern, number), expected, "{pattern}");
         }
-        let odd = expand(Path::new("{stem}-##.png"), "a#{stem}".as_ref(), Some(1));
-        assert_eq!(odd, Path::new("a#{stem}-01.png"));
+        let odd = expand(Path::new("{stem}-##.png"), Path::new("a#{folder}.scn"), Some(1));
+        assert_eq!(odd, Path::new("a#{folder}-01.png"));
+    }
+
+    #[test]
+    fn unknown_placeholders() {
+        for (pattern, unknown) in [
+            ("{stem}-{folder}-{pose}.png", None),
+            ("{dir}/{stem}.png", Some("{dir}")),
+            ("{{name}}", Some("{name}")),
+            ("{A}{}{a b}{stem{x", None),
+        ] {
+            assert_eq!(unknown_placeholder(Path::new(pattern)), unknown, "{pattern}");
+        }
+    }
+
+    #[test]
+    fn a_scene_without_a_folder_is_in_the_current_one() {
+        let current = std::env::current_dir().unwrap();
+        assert_eq!(Some(&*folder(Path::new("a.scn"))), current.file_name());
+        assert_eq!(folder(Path::new("-")), "stdin");
     }
 
     #[test]
@@ -223,7 +289,7 @@ mod tests {
         fn any_pattern_gives_a_name(pattern in "[#/{}a-z\u{e4}.]{0,20}(\\{stem\\})?#{0,9}", number: Option<u32>) {
             let name = name(&pattern, number);
             if number.is_none() {
-                prop_assert_eq!(name, pattern.replace(STEM, "cow"));
+                prop_assert_eq!(name, pattern.replace(STEM, "cow").replace(FOLDER, "herd"));
             }
         }
 

@@ -1,6 +1,6 @@
 //! Checks that no two pictures of a call have the same file.
 
-use super::names::Origin;
+use super::names::{Origin, folder};
 use crate::{
     cli::{CliError, write::Output},
     error::clip_path,
@@ -25,11 +25,14 @@ impl Places {
         };
         let name = output.name();
         Err(CliError::Usage(if first != scene {
-            let (first, scene) = (clip_path(&first), clip_path(scene));
             let hint = match output.origin() {
                 Origin::Typed => "use {stem} in the name, which stands for the scene's name",
+                Origin::Derived if folder(&first) != folder(scene) => {
+                    "name them with -o '{folder}-{stem}.png'"
+                }
                 Origin::Derived => "render them in two calls, each with its own --output",
             };
+            let (first, scene) = (clip_path(&first), clip_path(scene));
             format!("{first} and {scene} would both be written to {name}; {hint}")
         } else if turning {
             format!(

@@ -169,9 +169,6 @@ fn turns(series: Option<Turntable>) -> Result<Vec<Option<Turn>>, CliError> {
     })
 }
 
-/// Stands for the name of a pose in `--output`.
-const POSE: &str = "{pose}";
-
 /// The pictures of a call before they have names.
 #[derive(Debug)]
 pub struct Pictures<'a> {
@@ -302,9 +299,7 @@ impl Pictures<'_> {
             return Ok(None);
         }
         let pattern = self.output.unwrap_or(Path::new("sheet.png"));
-        let stem = scenes
-            .first()
-            .map_or("octray".as_ref(), |scene| names::stem(scene));
+        let scene = scenes.first().map_or(Path::new("octray"), PathBuf::as_path);
         let origin = if self.output.is_some() {
             Origin::Typed
         } else {
@@ -316,8 +311,8 @@ impl Pictures<'_> {
         };
         let output = Output::prepare(&path.typed_if(self.is_typed), self.size(), self.force)?
             .synced_if(self.skip_existing);
-        let why = if names::expand(pattern, stem, Some(1)) != pattern {
-            "a sheet is one picture; leave out {stem} and #"
+        let why = if names::expand(pattern, scene, Some(1)) != pattern {
+            "a sheet is one picture; leave out {stem}, {folder} and #"
         } else if output.is_animation() || output.is_exr() {
             "a sheet has 8 bits per channel; name a picture such as sheet.png"
         } else if self.look.picture.transparent {
@@ -425,21 +420,18 @@ impl Pictures<'_> {
 
     /// The pattern of `--output` with the name of a pose in it, if it asks for that.
     fn named_pose(&self, turn: Option<Turn>) -> Option<PathBuf> {
-        let pattern = self.output?.to_str().filter(|pattern| pattern.contains(POSE))?;
+        let pattern = self
+            .output?
+            .to_str()
+            .filter(|pattern| pattern.contains(names::POSE))?;
         let pose = self.poses?.poses.get(turn?.number as usize - 1)?;
-        Some(pattern.replace(POSE, &pose.name).into())
+        Some(pattern.replace(names::POSE, &pose.name).into())
     }
 
     /// Rejects options that animations do not support.
     fn check_animation(&self, output: &Output, scene: &Path) -> Result<(), CliError> {
         let name = output.name();
-        let expanded = |number| {
-            names::expand(
-                self.output.unwrap_or(Path::new("")),
-                names::stem(scene),
-                Some(number),
-            )
-        };
+        let expanded = |number| names::expand(self.output.unwrap_or(Path::new("")), scene, Some(number));
         let why = if expanded(1) != expanded(2) {
             "an animation holds all frames; leave out the #, or name pictures such as a-##.png"
         } else if !self.look.picture.aovs.is_empty() {

@@ -93,6 +93,18 @@ pub(super) fn webp_images(root: &Root, text: &[u8]) -> Vec<Option<u32>> {
         .collect()
 }
 
+/// What textures are called that octray does not read: one, and several.
+pub(super) fn unsupported_textures(root: &Root) -> [&'static str; 2] {
+    let kinds = [
+        ("EXT_texture_avif", ["AVIF texture", "AVIF textures"]),
+        ("KHR_texture_basisu", ["KTX2 texture", "KTX2 textures"]),
+        ("MSFT_texture_dds", ["DDS texture", "DDS textures"]),
+    ];
+    let is_used = |name: &str| root.extensions_used.iter().any(|used| used == name);
+    let kind = kinds.into_iter().find(|&(name, _)| is_used(name));
+    kind.map_or(["unsupported texture", "unsupported textures"], |(_, words)| words)
+}
+
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct WebpFile {

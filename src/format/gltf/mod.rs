@@ -107,6 +107,7 @@ pub(super) fn parse(
     }
     let sources = images::sources(&mut root);
     let webp = materials::webp_images(&root, json);
+    let [unsupported, several] = materials::unsupported_textures(&root);
     let lights = lights::PunctualLights::of(json);
     let instancing = instancing::Instancing::of(json, path)?;
     let document = document(root, path)?;
@@ -126,8 +127,8 @@ pub(super) fn parse(
     let count = |is: fn(&Shown) -> bool| materials.iter().filter(|shown| is(shown)).count();
     left_out.count(
         count(|shown| shown.is_unsupported),
-        "unsupported texture",
-        "unsupported textures",
+        unsupported,
+        several,
     );
     left_out.count(
         count(|shown| shown.emission_left_out),

@@ -277,6 +277,9 @@ fn an_image_that_is_missing_leaves_the_colour() {
     let basis = r#"[{"extensions":{"KHR_texture_basisu":{"source":0}}}]"#;
     let mesh = textured(material, basis).expect("a mesh");
     assert_eq!(mesh.notes, ["folder/a.gltf: left out: 1 unsupported texture"]);
+    let declared = format!(r#""extensionsUsed":["KHR_texture_basisu"],{material}"#);
+    let mesh = textured(&declared, basis).expect("a mesh");
+    assert_eq!(mesh.notes, ["folder/a.gltf: left out: 1 KTX2 texture"]);
     // The factor's alpha alone is below the limit: nothing is left.
     let faint = r#""materials":[{"alphaMode":"MASK","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.3],
         "baseColorTexture":{"index":0,"texCoord":1}}}]"#;
