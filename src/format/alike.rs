@@ -1,6 +1,9 @@
-//! Suggestions for a missing file: files in its folder with similar names, and `/` for `\`.
+//! Replacements for a missing file, and suggestions: files in its folder with similar names, and `/` for `\`.
 
-use std::{fs, path::Path};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 /// How many entries of a folder are compared.
 const MOST_ENTRIES: usize = 10_000;
@@ -24,14 +27,31 @@ pub(super) fn instead_of(path: &Path) -> Option<String> {
     if !folder.exists() {
         return Some(format!("directory `{}` does not exist", folder.display()));
     }
-    let names = fs::read_dir(folder)
-        .ok()?
-        .take(MOST_ENTRIES)
-        .filter_map(|entry| Some(entry.ok()?.file_name().to_string_lossy().into_owned()));
+    let names = names_in(folder)?;
     let wanted = path.file_name()?.to_string_lossy().into_owned();
     let alike = most_alike(&wanted, names);
     let quoted: Vec<String> = alike.iter().map(|name| format!("`{name}`")).collect();
     (!quoted.is_empty()).then(|| format!("did you mean {}?", quoted.join(" or ")))
+}
+
+/// The only file in the folder of a missing one whose name differs from its name in upper and lower case alone: files made on
+/// Windows name each other in any case.
+pub(super) fn in_other_case(path: &Path) -> Option<PathBuf> {
+    let wanted = path.file_name()?.to_str()?.to_lowercase();
+    let folder = path.parent()?;
+    let mut alike = names_in(if folder == Path::new("") {
+        Path::new(".")
+    } else {
+        folder
+    })?
+    .filter(|name| name.to_lowercase() == wanted);
+    let only = alike.next()?;
+    alike.next().is_none().then(|| folder.join(only))
+}
+
+fn names_in(folder: &Path) -> Option<impl Iterator<Item = String>> {
+    let entries = fs::read_dir(folder).ok()?.take(MOST_ENTRIES);
+    Some(entries.filter_map(|entry| Some(entry.ok()?.file_name().to_string_lossy().into_owned())))
 }
 
 /// The names most similar to `wanted`, the most similar first.

@@ -5,7 +5,7 @@ use super::{
     budget::Budget,
     source::{OpenFile, Opened, open_file, read_on},
 };
-use crate::error::{LoadError, in_bytes, io_reason};
+use crate::error::{LoadError, clip_path, in_bytes, io_reason};
 use std::{
     fs,
     io::{self, Read},
@@ -111,6 +111,52 @@ pub(super) fn read(path: &Path, budget: &Budget) -> io::Result<Vec<u8>> {
     open(path, budget)?.read_all(budget)
 }
 
+/// The files on the disk that a mesh names.
+pub(super) struct Companions<'a> {
+    asked: &'a mut Vec<PathBuf>,
+    /// Files whose names differ in case from those in the mesh.
+    in_other_case: Vec<PathBuf>,
+}
+
+impl<'a> Companions<'a> {
+    /// Lists all files that were opened.
+    pub(super) fn new(asked: &'a mut Vec<PathBuf>) -> Self {
+        Self {
+            asked,
+            in_other_case: Vec::new(),
+        }
+    }
+
+    pub(super) fn read(&mut self, path: &Path, budget: &Budget) -> io::Result<Vec<u8>> {
+        self.asked.push(path.to_path_buf());
+        let read = self::read(path, budget);
+        if !matches!(&read, Err(error) if error.kind() == io::ErrorKind::NotFound) {
+            return read;
+        }
+        let Some(other) = alike::in_other_case(path) else {
+            return read;
+        };
+        self.asked.push(other.clone());
+        let read = self::read(&other, budget);
+        self.in_other_case.push(other);
+        read
+    }
+
+    /// Says which names differ in case.
+    pub(super) fn note(&self, by: &Path) -> Option<String> {
+        let first = self.in_other_case.first()?;
+        let files = match self.in_other_case.len() {
+            1 => "a file that it names exists only in another case".to_owned(),
+            count => format!("{count} files that it names exist only in another case"),
+        };
+        Some(format!(
+            "{}: {files} (`{}`): taken",
+            clip_path(by),
+            clip_path(first)
+        ))
+    }
+}
+
 /// Adds suggestions to the error about a missing file.
 fn explained(path: &Path, error: io::Error, budget: &Budget) -> io::Error {
     match error.kind() {
@@ -137,6 +183,30 @@ mod tests {
             |error| load_error(path, &error).to_string(),
             |_| "read".to_owned(),
         )
+    }
+
+    /// Where names differ in case at all.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn names_in_another_case_are_taken_if_there_is_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("Wood.PNG"), "wood").unwrap();
+        let (mut asked, budget) = (Vec::new(), Budget::unlimited());
+        let mut companions = Companions::new(&mut asked);
+        assert_eq!(companions.note(&at("a.obj")), None);
+        assert_eq!(companions.read(&at("wood.png"), &budget).unwrap(), b"wood");
+        let note = companions.note(Path::new("a.obj")).unwrap();
+        let name = at("Wood.PNG");
+        let expected = format!(
+            "a.obj: a file that it names exists only in another case (`{}`): taken",
+            name.display()
+        );
+        assert_eq!(note, expected);
+        fs::write(at("WOOD.png"), "another").unwrap();
+        let error = companions.read(&at("wood.png"), &budget).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::NotFound);
+        assert_eq!(asked, [at("wood.png"), name, at("wood.png")]);
     }
 
     #[test]

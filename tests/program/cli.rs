@@ -108,7 +108,10 @@ fn wrong_values_are_usage_errors() {
         ("-o .png", ".png"),
         ("-o a.scn", ".png"),
         ("-o a-#.png", "# stands for the number of a frame"),
-        ("-o {dir}/a.png", "{dir} in the name of a picture stands for nothing"),
+        (
+            "-o {dir}/a.png",
+            "{dir} in the name of a picture stands for nothing",
+        ),
     ] {
         let arguments: Vec<_> = std::iter::once("a.scn").chain(arguments.split(' ')).collect();
         folder.fails(&arguments, 2, words);

@@ -102,7 +102,9 @@ pub(super) fn unsupported_textures(root: &Root) -> [&'static str; 2] {
     ];
     let is_used = |name: &str| root.extensions_used.iter().any(|used| used == name);
     let kind = kinds.into_iter().find(|&(name, _)| is_used(name));
-    kind.map_or(["unsupported texture", "unsupported textures"], |(_, words)| words)
+    kind.map_or(["unsupported texture", "unsupported textures"], |(_, words)| {
+        words
+    })
 }
 
 #[derive(Default, Deserialize)]

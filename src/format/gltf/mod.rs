@@ -125,11 +125,7 @@ pub(super) fn parse(
     );
     transmission::left_out(&document, &mut left_out);
     let count = |is: fn(&Shown) -> bool| materials.iter().filter(|shown| is(shown)).count();
-    left_out.count(
-        count(|shown| shown.is_unsupported),
-        unsupported,
-        several,
-    );
+    left_out.count(count(|shown| shown.is_unsupported), unsupported, several);
     left_out.count(
         count(|shown| shown.emission_left_out),
         "emission texture with a different transform",

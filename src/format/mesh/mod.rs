@@ -26,7 +26,8 @@ use super::threemf;
 use super::{
     OpenMesh,
     budget::Budget,
-    files, foreign,
+    files::{self, Companions},
+    foreign,
     left_out::counted,
     obj, off,
     place::{LFS_POINTER, is_lfs_pointer},
@@ -359,11 +360,15 @@ pub(crate) fn load_shown(
 fn load_budgeted(path: &Path, asked: &mut Vec<PathBuf>, budget: &Budget) -> Result<LoadedMesh, LoadError> {
     asked.push(path.to_path_buf());
     let file = files::open(path, budget).map_err(|error| files::load_error(path, &error))?;
-    let open = &mut |path: &Path| {
-        asked.push(path.to_path_buf());
-        files::read(path, budget)
-    };
-    read(Opened::File(file), path, open, budget)
+    let mut companions = Companions::new(asked);
+    let mut mesh = read(
+        Opened::File(file),
+        path,
+        &mut |path| companions.read(path, budget),
+        budget,
+    )?;
+    mesh.notes.extend(companions.note(path));
+    Ok(mesh)
 }
 
 /// This many bytes tell whether an .obj file is text.
