@@ -30,6 +30,24 @@ pub fn of(scene: &Scene) -> Faults {
     }
 }
 
+/// The least number of steps of coordinates along a mesh: with fewer, smooth surfaces look like stairs.
+const LEAST_STEPS: f32 = 4000.0;
+
+/// A warning if a mesh is so far from 0 for its size that its coordinates are coarse, such as coordinates of a map in metres.
+pub fn coarse(path: &Path, scene: &Scene) -> Option<String> {
+    let bounds = scene.bounds();
+    let size = (bounds.upper - bounds.lower).max_element();
+    let far = bounds.upper.abs().max(bounds.lower.abs()).max_element();
+    let step = (far.next_up() - far).min(f32::MAX);
+    (size > 0.0 && step * LEAST_STEPS > size).then(|| {
+        format!(
+            "{}: its coordinates go up to {far}, where they are rounded to steps of {step}, but it is only {size} long: \
+             subtract an offset from them",
+            clip_path(path)
+        )
+    })
+}
+
 impl Faults {
     /// A warning if more than 1 % of the triangles have a fault: a few are normal in exported meshes.
     pub fn warning(&self, path: &Path) -> Option<String> {
@@ -46,5 +64,31 @@ impl Faults {
         let said = said.join(", ");
         let path = clip_path(path);
         (!said.is_empty()).then(|| format!("{path}: of {} triangles, {said}", self.triangles))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Material, SceneBuilder};
+    use glam::Vec3;
+
+    #[test]
+    fn only_coarse_coordinates_are_warned_of() {
+        for (center, radius, step) in [
+            ([448_262.0, 5_411_933.0, 275.0], 1.0, Some("steps of 0.5,")),
+            ([0.0, -100_000.0, 0.0], 10.0, Some("steps of 0.0078125,")),
+            ([100_000.0, 0.0, 0.0], 100.0, None),
+            ([0.0; 3], 1e-6, None),
+        ] {
+            let mut builder = SceneBuilder::new();
+            let material = builder
+                .add_material(Material::Silhouette { color: [1.0; 3] })
+                .unwrap();
+            builder.add_sphere(Vec3::from(center), radius, material).unwrap();
+            let warning = coarse(Path::new("a.ply"), &builder.finish());
+            assert_eq!(warning.is_some(), step.is_some(), "{warning:?}");
+            assert!(step.is_none_or(|step| warning.is_some_and(|warning| warning.contains(step))));
+        }
     }
 }
