@@ -442,6 +442,10 @@ fn mesh_warnings_are_printed_once() {
         run.stderr,
         "warning: twice.obj: of 4 triangles, 1 without area (never hit), 1 duplicate\n"
     );
+    folder.write("square.obj", SQUARE);
+    let below = folder.run_line("square.obj --size 8x8 --ground --from bottom");
+    assert_eq!(below.code, Some(0));
+    assert!(below.stderr.contains("the camera is below the ground"), "{below:?}");
     folder.run(&["twice.obj", "--size", "8x8", "--quiet"]).succeeded();
     let stats = folder.run(&["twice.obj", "--size", "8x8", "--quiet", "--json=-"]);
     assert!(

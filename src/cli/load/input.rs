@@ -132,6 +132,14 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
     };
     let built = stage::build(loaded, &stage, memory);
     let (scene, rig) = built.map_err(|message| LoadError::whole_file(path, message))?;
+    let (bounds, up) = (scene.bounds(), up.vector());
+    let lowest = [bounds.lower, bounds.upper].map(|corner| corner.as_dvec3().dot(up));
+    if mesh.ground && view.eye.dot(up) < lowest[0].min(lowest[1]) {
+        notes.push(format!(
+            "{}: the camera is below the ground, which hides the mesh: leave out --ground",
+            clip_path(path)
+        ));
+    }
     Ok(Input {
         scene,
         camera,
