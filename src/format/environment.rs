@@ -3,8 +3,42 @@
 #[cfg(feature = "textures")]
 pub(super) use decoding::decode;
 
+use super::{Limits, budget::Budget, files};
+use crate::error::{LoadError, clip_path};
+use std::path::Path;
+
 /// Width, height and the pixels, rows from the top.
-pub(super) type Decoded = ([u32; 2], Vec<[f32; 3]>);
+pub(crate) type Decoded = ([u32; 2], Vec<[f32; 3]>);
+
+/// Reads an environment's image; also returns what there is to note.
+///
+/// # Errors
+/// [`LoadError`].
+#[cfg(feature = "cli")]
+pub(crate) fn load(path: &Path, limits: impl Into<Limits>) -> Result<(Decoded, Option<String>), LoadError> {
+    let budget = Budget::new(limits);
+    let bytes = files::read(path, &budget).map_err(|error| files::load_error(path, &error))?;
+    let decoded = decode(&bytes, path, &budget).map_err(|message| LoadError::whole_file(path, message))?;
+    let note = odd_note(path, &decoded);
+    Ok((decoded, note))
+}
+
+/// What there is to note about the pixels of a file.
+pub(super) fn odd_note(path: &Path, (_, texels): &Decoded) -> Option<String> {
+    let is_odd = |light: &&f32| light.is_nan() || **light < 0.0;
+    let odd = texels.iter().flatten().filter(is_odd).count();
+    let channels = if odd == 1 {
+        "channel of a pixel is"
+    } else {
+        "channels of pixels are"
+    };
+    (odd > 0).then(|| {
+        format!(
+            "{}: {odd} {channels} negative or NaN: taken as 0",
+            clip_path(path)
+        )
+    })
+}
 
 #[cfg(feature = "textures")]
 mod decoding {
@@ -107,6 +141,6 @@ mod decoding {
 }
 
 #[cfg(not(feature = "textures"))]
-pub(super) fn decode(_: &[u8], _: &std::path::Path, _: &super::budget::Budget) -> Result<Decoded, String> {
+pub(super) fn decode(_: &[u8], _: &Path, _: &Budget) -> Result<Decoded, String> {
     Err("octray was built without its feature `textures`".to_owned())
 }

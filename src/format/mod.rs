@@ -7,7 +7,7 @@
 mod alike;
 mod budget;
 mod detect;
-mod environment;
+pub(crate) mod environment;
 mod files;
 mod foreign;
 #[cfg(feature = "gltf")]

@@ -28,7 +28,7 @@ pub enum Environment {
 }
 
 /// An equirectangular image: its columns are the azimuth, its rows the polar angle. Its middle is in the direction +x, its
-/// upper edge +z.
+/// upper edge +z, unless it is [`turned`](Self::turned).
 #[derive(Debug)]
 pub struct EnvironmentPicture {
     width: usize,
@@ -43,6 +43,8 @@ pub struct EnvironmentPicture {
     columns: Vec<f32>,
     /// Rotation, as a fraction of a full turn.
     turn: f32,
+    /// The directions of its axes in the scene; `None` for the scene's own.
+    axes: Option<Box<[Vec3; 3]>>,
 }
 
 impl EnvironmentPicture {
@@ -103,9 +105,36 @@ impl EnvironmentPicture {
             rows,
             columns,
             turn: (degrees / 360.0).rem_euclid(1.0) as f32,
+            axes: None,
         };
         picture.tabulate().map_err(no_memory)?;
         Ok(picture)
+    }
+
+    /// Turns its middle from +x to the direction `middle`, and its upper edge from +z towards `up`, for scenes in which another
+    /// direction is up. Vectors of any length; `up` gives way if they are not at right angles.
+    #[must_use]
+    pub fn turned(self, middle: Vec3, up: Vec3) -> Self {
+        let x = middle.normalize_or(Vec3::X);
+        let z = up
+            .reject_from_normalized(x)
+            .normalize_or(x.any_orthonormal_vector());
+        Self {
+            axes: Some(Box::new([x, z.cross(x), z])),
+            ..self
+        }
+    }
+
+    /// A direction of the scene relative to the image's axes.
+    fn inward(&self, direction: Vec3) -> Vec3 {
+        let relative = |axes: &[Vec3; 3]| Vec3::from(axes.map(|axis| axis.dot(direction)));
+        self.axes.as_deref().map_or(direction, relative)
+    }
+
+    /// The opposite of [`Self::inward`].
+    fn outward(&self, direction: Vec3) -> Vec3 {
+        let absolute = |[x, y, z]: &[Vec3; 3]| *x * direction.x + *y * direction.y + *z * direction.z;
+        self.axes.as_deref().map_or(direction, absolute)
     }
 
     /// Returns width and height, pixels.
@@ -326,7 +355,7 @@ impl Environment {
     pub fn color(&self, direction: Vec3) -> [f32; 3] {
         match self {
             Self::Background(background) => background.color(direction),
-            Self::Picture(picture) => picture.color(direction),
+            Self::Picture(picture) => picture.color(picture.inward(direction)),
         }
     }
 
@@ -356,7 +385,7 @@ impl Environment {
                 let (across, azimuth) = ((1.0 - z * z).max(0.0).sqrt(), TAU * s);
                 Vec3::new(across * libm::cosf(azimuth), across * libm::sinf(azimuth), z)
             }
-            Self::Picture(picture) => picture.sample(point),
+            Self::Picture(picture) => picture.outward(picture.sample(point)),
         }
     }
 
@@ -367,7 +396,7 @@ impl Environment {
     pub(crate) fn power(&self, direction: Vec3, n_dot_l: f32) -> [f32; 3] {
         let (color, density) = match self {
             Self::Background(background) => (background.color(direction), 0.25 / PI),
-            Self::Picture(picture) => picture.rest(direction),
+            Self::Picture(picture) => picture.rest(picture.inward(direction)),
         };
         let share = self.light_share();
         let probability = (1.0 - share) * n_dot_l + share * (PI * density);
@@ -383,7 +412,7 @@ impl Environment {
             Self::Picture(picture) => match &picture.suns {
                 Some(suns) => {
                     let (direction, light) = picture.sample_suns(suns, point);
-                    (direction, light.map(|channel| channel / PI))
+                    (picture.outward(direction), light.map(|channel| channel / PI))
                 }
                 None => (Vec3::Z, [0.0; 3]),
             },

@@ -412,6 +412,45 @@ fn pictures_are_seen_the_right_way_round() {
     }
 }
 
+/// A turned picture is seen and lights from where its axes are.
+#[test]
+fn turned_pictures_light_from_their_axes() {
+    let upper: Vec<[f32; 3]> = (0..64).map(|i| [if i < 32 { 1.0 } else { 0.0 }; 3]).collect();
+    let half = |middle, up| {
+        let picture = EnvironmentPicture::new([4, 16], upper.clone(), 0.0, 1.0).expect("a picture");
+        Environment::Picture(picture.turned(middle, up))
+    };
+    let light = |environment| brightness(&in_environment(environment, 1.0).finish(), DVec3::ZERO, 1.0, 1024);
+    let (above, below) = (light(half(Vec3::X, Vec3::Z)), light(half(Vec3::X, Vec3::NEG_Z)));
+    assert!(above > 0.97, "{above}");
+    assert_close(above + below, 1.0, 4e-3, "both halves");
+    assert_close(light(half(Vec3::Z, Vec3::NEG_Y)), 0.5, 4e-3, "one side");
+    // The middle is at -z, its right half at +x, its upper edge at +y.
+    let texels: Vec<[f32; 3]> = (0..32).map(|i| [(i % 8) as f32, (i / 8) as f32, 0.0]).collect();
+    let picture = EnvironmentPicture::new([8, 4], texels, 0.0, 1.0).expect("a picture");
+    let turned = Environment::Picture(picture.turned(Vec3::NEG_Z, Vec3::Y * 3.0));
+    for (direction, column, row) in [
+        (Vec3::NEG_Z, 3.5, 1.5),
+        (Vec3::X, 5.5, 1.5),
+        (Vec3::NEG_X, 1.5, 1.5),
+    ] {
+        let [x, y, _] = turned.color(direction);
+        assert_close(x.into(), column, 0.1, &format!("{direction}"));
+        assert_close(y.into(), row, 1e-3, &format!("{direction}"));
+    }
+    assert_close(turned.color(Vec3::Y)[1].into(), 0.0, 1e-3, "up");
+    // A sun, which has samples of its own.
+    let sun = |degrees, middle| {
+        let mut texels = vec![[0.1; 3]; 16 * 8];
+        texels[2 * 16 + 9] = [300.0; 3];
+        let picture = EnvironmentPicture::new([16, 8], texels, degrees, 1.0).expect("a picture");
+        light(Environment::Picture(picture.turned(middle, Vec3::Z)))
+    };
+    let (rotated, turned) = (sun(90.0, Vec3::X), sun(0.0, Vec3::Y));
+    assert!(turned > 1.0, "{turned}");
+    assert_close(turned / rotated, 1.0, 4e-3, "a sun");
+}
+
 /// Odd pictures: one pixel, black, with values that are no light.
 #[test]
 fn odd_pictures() {

@@ -97,7 +97,10 @@ fn wrong_values_are_usage_errors() {
         ("--width 5", "--size WIDTHxHEIGHT"),
         ("--spp=5", "--samples"),
         ("--bounces=5", "--max-depth N"),
-        ("--env=a.hdr", "a scene (.scn) has lines"),
+        ("--hdri a.hdr", "--environment FILE"),
+        ("--light 1,2,3", "a scene (.scn) has lines"),
+        ("--environment a.scn", "--environment applies to meshes only"),
+        ("--environment-rotate 5", "--environment"),
         ("--gamma 2.2", "--srgb"),
         ("--transparent", "--background transparent"),
         ("--caustics", "--help lists the options"),
@@ -445,7 +448,10 @@ fn mesh_warnings_are_printed_once() {
     folder.write("square.obj", SQUARE);
     let below = folder.run_line("square.obj --size 8x8 --ground --from bottom");
     assert_eq!(below.code, Some(0));
-    assert!(below.stderr.contains("the camera is below the ground"), "{below:?}");
+    assert!(
+        below.stderr.contains("the camera is below the ground"),
+        "{below:?}"
+    );
     folder.run(&["twice.obj", "--size", "8x8", "--quiet"]).succeeded();
     let stats = folder.run(&["twice.obj", "--size", "8x8", "--quiet", "--json=-"]);
     assert!(

@@ -184,6 +184,11 @@ const CASES: [(&str, &str, &str); 44] = [
     ("mobile.gltf", "png", "--style studio --ground --samples 5"),
     ("stairs.3mf", "png", "--style studio --samples 5 --aov albedo"),
     ("mobile.gltf", "png", "--style clay --ground --aov id"),
+    (
+        "vase.obj",
+        "png",
+        "--environment sky.hdr --environment-rotate 40 --ground --samples auto:9",
+    ),
     ("b.scn", "png", "--samples auto --background transparent"),
     ("b.scn", "exr", "--samples auto:7 --filter tent --mode scalar"),
     (
@@ -279,6 +284,7 @@ fn render(input: &str, format: &str, options: &str, crop: &str) -> BTreeMap<Stri
     folder.write("b.scn", SCENE);
     folder.write("glass.scn", GLASS);
     let map = shipped_mesh("../skies/evening.hdr");
+    std::fs::copy(&map, folder.path("sky.hdr")).expect("the map is shipped");
     folder.write("sky.scn", &format!("{SKY}environment \"{map}\" rotate 20\n"));
     folder.write("plane.scn", PLANE);
     folder.write("instances.scn", INSTANCES);

@@ -8,6 +8,7 @@ use crate::{
 };
 use clap::Args;
 use glam::DVec3;
+use std::path::PathBuf;
 
 /// The names of all arguments of [`CameraArgs`].
 pub(super) const OPTIONS: [&str; 10] = [
@@ -15,7 +16,15 @@ pub(super) const OPTIONS: [&str; 10] = [
 ];
 
 /// The names of all arguments of [`MeshArgs`].
-pub(super) const MESH_OPTIONS: [&str; 5] = ["up_axis", "ground", "smooth_angle", "point_size", "lit_from"];
+pub(super) const MESH_OPTIONS: [&str; 7] = [
+    "up_axis",
+    "ground",
+    "smooth_angle",
+    "point_size",
+    "lit_from",
+    "environment",
+    "environment_rotate",
+];
 
 /// The camera.
 #[derive(Args, Clone, Debug)]
@@ -98,6 +107,16 @@ pub struct MeshArgs {
     /// Light the mesh as if it were seen from this direction [default: the direction of the eye]
     #[arg(long, value_name = "x,y,z", value_parser = values::direction, allow_hyphen_values = true)]
     pub lit_from: Option<DVec3>,
+
+    /// Light the mesh by an environment map, equirectangular (.hdr, .exr or another picture), at a brightness that suits the
+    /// mesh; its middle is behind the front of the mesh. Needs many --samples, as auto:64
+    #[arg(long, value_name = "FILE", conflicts_with = "lit_from")]
+    pub environment: Option<PathBuf>,
+
+    /// Turn the environment map counterclockwise as seen from above, degrees
+    #[arg(long, value_name = "DEG", value_parser = values::degrees, allow_negative_numbers = true, requires = "environment",
+          default_value_t = 0.0)]
+    pub environment_rotate: f64,
 }
 
 impl CameraArgs {
@@ -135,6 +154,10 @@ impl MeshArgs {
             smooth_degrees: self.smooth_angle,
             point_size: self.point_size,
             lit_from: self.lit_from,
+            environment: self
+                .environment
+                .clone()
+                .map(|path| (path, self.environment_rotate)),
             orbit,
             ..MeshOptions::default()
         }

@@ -9,7 +9,7 @@ use clap::{
 use std::{ffi::OsString, path::Path};
 
 /// Options of other renderers, and what octray has instead.
-const ELSEWHERE: [(&[&str], &str); 16] = [
+const ELSEWHERE: [(&[&str], &str); 17] = [
     (
         &["--width", "--height", "--resolution", "--res", "--dimensions"],
         "--size WIDTHxHEIGHT, such as --size 800x600",
@@ -53,8 +53,12 @@ const ELSEWHERE: [(&[&str], &str); 16] = [
     (&["--format"], "the extension of --output FILE is the format"),
     (&["--verbose"], "--stats prints rays, times and memory"),
     (
-        &["--light", "--lights", "--env", "--environment", "--hdri"],
-        "a scene (.scn) has lines `light x y z intensity` and `environment PATH`",
+        &["--light", "--lights"],
+        "a scene (.scn) has lines `light x y z intensity`",
+    ),
+    (
+        &["--env", "--envmap", "--environment-map", "--hdri", "--hdri-file"],
+        "--environment FILE for a mesh; a scene (.scn) has a line `environment PATH`",
     ),
     (
         &["--color", "--colour", "--material"],

@@ -1,6 +1,9 @@
 //! Loads a scene file, or a mesh and makes a scene of it.
 
-use super::stage::{self, Rig, Stage};
+use super::{
+    environment,
+    stage::{self, Rig, Stage},
+};
 use crate::{
     cli::{
         CliError,
@@ -46,7 +49,10 @@ pub fn load_and_list(
     let shows_images = plan.mesh.style != Style::Clay;
     match read(&plan.path, plan.kind, limits, files, shows_images)? {
         Loaded::Scene(scene) => show_scene(plan, *scene),
-        Loaded::Mesh(mesh) => show_mesh(plan, *mesh, memory),
+        Loaded::Mesh(mesh) => {
+            files.extend(plan.mesh.environment.as_ref().map(|(path, _)| path.clone()));
+            show_mesh(plan, *mesh, memory)
+        }
     }
 }
 
@@ -121,6 +127,10 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
     if mesh.up_axis.is_none() {
         notes.extend(loaded.up_note(path));
     }
+    let environment = mesh.environment.as_ref();
+    let environment = environment
+        .map(|(path, degrees)| environment::load((path, *degrees), up, memory, &mut notes))
+        .transpose()?;
     let view = camera.view();
     let lit_from = mesh.lit_from.unwrap_or(view.eye - view.target);
     let stage = Stage {
@@ -130,7 +140,7 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
         style: mesh.style,
         own_lights: mesh.lit_from.is_none(),
     };
-    let built = stage::build(loaded, &stage, memory);
+    let built = stage::build(loaded, &stage, environment, memory);
     let (scene, rig) = built.map_err(|message| LoadError::whole_file(path, message))?;
     let (bounds, up) = (scene.bounds(), up.vector());
     let lowest = [bounds.lower, bounds.upper].map(|corner| corner.as_dvec3().dot(up));

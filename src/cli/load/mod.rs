@@ -1,6 +1,7 @@
 //! Loads a plan's input: a scene in memory, with camera and lights.
 
 mod camera;
+mod environment;
 pub mod faults;
 mod input;
 pub mod memory;

@@ -5,7 +5,10 @@ use crate::{
     error::SceneError,
     format::mesh::{LoadedMesh, Surface, exposed, sphere_around},
     math::Aabb,
-    scene::{Background, MAX_COORDINATE, Material, PlacedMesh, Scene, SceneBuilder, TriangleMesh},
+    scene::{
+        Background, Environment, EnvironmentPicture, MAX_COORDINATE, Material, PlacedMesh, Scene,
+        SceneBuilder, TriangleMesh,
+    },
 };
 use glam::{DVec3, Vec3};
 
@@ -105,14 +108,24 @@ const GROUND_REACH: f64 = 40.0;
 /// Gap between mesh and ground, in radii of the mesh.
 const GROUND_GAP: f64 = 1e-3;
 
-/// A scene of the mesh, which may take `memory` bytes, and the rig that lights it for other viewers, unless it has its own
-/// lights.
+/// A scene of the mesh, which may take `memory` bytes, and the rig that lights it for other viewers, unless the environment or
+/// its own lights do.
 ///
 /// # Errors
 /// A sentence.
-pub fn build(loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scene, Option<Rig>), String> {
+pub fn build(
+    loaded: LoadedMesh,
+    stage: &Stage,
+    environment: Option<EnvironmentPicture>,
+    memory: u64,
+) -> Result<(Scene, Option<Rig>), String> {
     let (rig, bounds) = Rig::of(&loaded, stage);
     let mut builder = SceneBuilder::within(memory);
+    if let Some(environment) = environment {
+        let set = builder.set_environment(Environment::Picture(environment));
+        let scene = set.and_then(|()| furnished(loaded, stage, (&rig, &bounds), builder, true));
+        return Ok((scene.map_err(|error| error.to_string())?, None));
+    }
     let own = if stage.own_lights && stage.style == Style::Studio {
         exposed(&loaded.lights, SOFT_LIGHT.1, (rig.center, rig.radius))
     } else {
@@ -134,25 +147,29 @@ pub fn build(loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scene, O
         }
         error => error.to_string(),
     })?;
-    let scene = furnished(loaded, stage, &rig, &bounds, builder);
+    let scene = furnished(loaded, stage, (&rig, &bounds), builder, false);
     let scene = scene.map_err(|error| error.to_string())?;
     Ok((scene, (!is_own).then_some(rig)))
 }
 
-/// Adds the mesh and its surroundings to the lights.
+/// Adds the mesh and its surroundings to the lights. `is_lit`: by an environment, from all sides.
 fn furnished(
     mut loaded: LoadedMesh,
     stage: &Stage,
-    rig: &Rig,
-    bounds: &Aabb,
+    (rig, bounds): (&Rig, &Aabb),
     mut builder: SceneBuilder,
+    is_lit: bool,
 ) -> Result<Scene, SceneError> {
     let mut ground_color = GROUND;
     if stage.style.is_soft() {
-        let (ambient, reach) = SOFT_AMBIENT;
-        builder.set_ambient(ambient)?;
-        builder.set_ambient_reach(Some((reach * rig.radius).min(f64::from(MAX_COORDINATE)) as f32))?;
-        builder.set_background(Background::constant(SOFT_BACKGROUND))?;
+        if is_lit {
+            builder.set_ambient(0.0)?;
+        } else {
+            let (ambient, reach) = SOFT_AMBIENT;
+            builder.set_ambient(ambient)?;
+            builder.set_ambient_reach(Some((reach * rig.radius).min(f64::from(MAX_COORDINATE)) as f32))?;
+            builder.set_background(Background::constant(SOFT_BACKGROUND))?;
+        }
         ground_color = SOFT_GROUND;
         if stage.style == Style::Clay {
             loaded.paint(Surface::CLAY);

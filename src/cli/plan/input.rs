@@ -123,6 +123,8 @@ pub struct MeshOptions {
     pub point_size: Option<f32>,
     /// The direction of the viewer for whom the mesh is lit; by default that of the eye.
     pub lit_from: Option<DVec3>,
+    /// The picture of an environment, which lights the mesh instead, and its rotation in degrees.
+    pub environment: Option<(PathBuf, f64)>,
     /// The camera goes around the mesh, which stays whole in the picture.
     pub orbit: Option<Orbit>,
 }
@@ -155,6 +157,7 @@ impl InputPlan {
         if !is_standard_input(path) {
             format::check_file(path)?;
         }
+        mesh.check()?;
         camera.check()?;
         let kind = kind_of(path)?;
         if kind == InputKind::Scene {
@@ -226,6 +229,19 @@ pub fn is_standard_input(path: &Path) -> bool {
 }
 
 impl MeshOptions {
+    /// Checks what concerns neither the mesh nor the camera.
+    fn check(&self) -> Result<(), CliError> {
+        let Some((path, _)) = &self.environment else {
+            return Ok(());
+        };
+        format::check_file(path)?;
+        if self.style.is_soft() {
+            return Ok(());
+        }
+        let why = "--environment needs --style studio or clay: plain light is not linear";
+        Err(CliError::Usage(why.to_owned()))
+    }
+
     /// Refuses options that have no effect on a scene.
     ///
     /// # Errors
@@ -238,6 +254,7 @@ impl MeshOptions {
             ("--smooth-angle", self.smooth_degrees.is_some()),
             ("--point-size", self.point_size.is_some()),
             ("--lit-from", self.lit_from.is_some()),
+            ("--environment", self.environment.is_some()),
         ];
         refuse_any(&given, scene)
     }

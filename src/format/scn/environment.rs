@@ -3,7 +3,10 @@
 use super::{QUOTES_HINT, Reader, Said, arguments::Arguments, nearest::nearest};
 use crate::{
     error::LoadError,
-    format::{environment::decode, files::load_error},
+    format::{
+        environment::{decode, odd_note},
+        files::load_error,
+    },
     scene::{Environment, EnvironmentPicture},
 };
 
@@ -56,16 +59,12 @@ impl Reader<'_> {
         let opened = self.files.mesh(&path, self.budget);
         let bytes = opened.and_then(|opened| opened.into_bytes(self.budget));
         let bytes = bytes.map_err(|error| cannot_load(load_error(&path, &error)))?;
-        let (size, texels) = decode(&bytes, &path, self.budget).map_err(whole_file)?;
+        let decoded = decode(&bytes, &path, self.budget).map_err(whole_file)?;
         self.budget.give_back(bytes.capacity());
-        let is_odd = |light: &&f32| light.is_nan() || **light < 0.0;
-        let odd = texels.iter().flatten().filter(is_odd).count();
-        if odd > 0 {
-            self.builder.add_note(format!(
-                "{}: {odd} channels of pixels are below 0 or no numbers: taken as 0",
-                path.display()
-            ));
+        if let Some(note) = odd_note(&path, &decoded) {
+            self.builder.add_note(note);
         }
+        let (size, texels) = decoded;
         let picture = EnvironmentPicture::new(size, texels, degrees, intensity);
         let picture = picture.map_err(|error| whole_file(error.to_string()))?;
         Ok(Environment::Picture(picture))

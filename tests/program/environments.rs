@@ -1,0 +1,79 @@
+//! Environment maps of meshes: `--environment`.
+
+use crate::program::{Folder, shipped_mesh};
+use std::fs;
+
+const SQUARE: &str = "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3 4\n";
+
+/// A folder with a square that faces up, and a sky whose upper half is bright.
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.write("square.obj", SQUARE);
+    let sky = image::GrayImage::from_fn(4, 4, |_, y| image::Luma([if y < 2 { 240 } else { 10 }]));
+    sky.save(folder.path("sky.png")).expect("it is written");
+    folder
+}
+
+/// Its up axis is that of the mesh, and its brightness does not matter.
+#[test]
+fn the_sky_is_above() {
+    let folder = folder();
+    let middle = |options: &str| {
+        let line = format!("square.obj --size 9x9 --eye 0,4,0 --up 0,0,1 --samples 64 -q -o made.png {options}");
+        folder.run_line(&line).succeeded();
+        image::open(folder.path("made.png")).expect("a picture").to_rgb8()[(4, 4)][0]
+    };
+    let [above, below] =
+        ["y", "-y"].map(|axis| middle(&format!("--environment sky.png --up-axis {axis}")));
+    assert!(above > below + 20, "{above} {below}");
+    image::open(folder.path("sky.png"))
+        .unwrap()
+        .brighten(-200)
+        .save(folder.path("dark.png"))
+        .unwrap();
+    let dark = middle("--environment dark.png");
+    assert!(above.abs_diff(dark) < 20, "{above} {dark}");
+}
+
+#[test]
+fn wrong_environments() {
+    let folder = folder();
+    for (options, code, words) in [
+        ("--environment no.hdr", 1, "no.hdr: file not found"),
+        (
+            "--environment square.obj",
+            1,
+            "square.obj: unknown kind of picture",
+        ),
+        (
+            "--environment sky.png --style plain",
+            2,
+            "needs --style studio or clay",
+        ),
+        ("--environment sky.png --lit-from 1,0,0", 2, "cannot be used with"),
+        ("--environment sky.png -o sky.png", 2, "sky.png"),
+    ] {
+        let arguments: Vec<_> = ["square.obj"].into_iter().chain(options.split(' ')).collect();
+        folder.fails(&arguments, code, words);
+    }
+    assert!(image::open(folder.path("sky.png")).is_ok_and(|sky| sky.width() == 4));
+}
+
+/// An HDR file.
+#[test]
+fn shipped_sky() {
+    let folder = Folder::new();
+    fs::copy(shipped_mesh("../skies/evening.hdr"), folder.path("sky.hdr")).unwrap();
+    let mesh = shipped_mesh("vase.obj");
+    let arguments = [
+        &*mesh,
+        "--environment",
+        "sky.hdr",
+        "--size",
+        "32x32",
+        "-q",
+        "-o",
+        "vase.png",
+    ];
+    folder.run(&arguments).succeeded();
+}
