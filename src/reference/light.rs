@@ -123,13 +123,13 @@ pub(super) fn from_environment<S: Simd>(
     (direction, environment.power(direction, n_dot_l))
 }
 
-/// Returns the ray from just off the surface.
+/// Returns the ray from just off `from`, a point of the surface.
 #[inline(always)]
-pub(super) fn leaving<S: Simd>(simd: S, s: &Surface, direction: Vec3, t_max: f32) -> Ray {
+pub(super) fn leaving<S: Simd>(simd: S, (s, from): (&Surface, Vec3), direction: Vec3, t_max: f32) -> Ray {
     Ray {
         t_max,
         ..Ray::new(
-            simd.mul_add3(s.geometric_normal, s.magnitude * SURFACE_OFFSET, s.point),
+            simd.mul_add3(s.geometric_normal, s.magnitude * SURFACE_OFFSET, from),
             direction,
         )
     }
@@ -138,7 +138,7 @@ pub(super) fn leaving<S: Simd>(simd: S, s: &Surface, direction: Vec3, t_max: f32
 /// Returns the ray from just off the surface to just before a point of a light.
 #[inline(always)]
 pub(super) fn ending_before<S: Simd>(simd: S, s: &Surface, on_light: Vec3) -> Ray {
-    let origin = simd.mul_add3(s.geometric_normal, s.magnitude * SURFACE_OFFSET, s.point);
+    let origin = simd.mul_add3(s.geometric_normal, s.magnitude * SURFACE_OFFSET, s.lifted);
     let offset = on_light - origin;
     let length = simd.dot(offset, offset).sqrt();
     let margin = simd.mul_add(length, LIGHT_OFFSET, max_abs(on_light) * SURFACE_OFFSET);
@@ -151,10 +151,10 @@ pub(super) fn ending_before<S: Simd>(simd: S, s: &Surface, on_light: Vec3) -> Ra
 /// Returns the ray from the light to the point, offset from the surface.
 #[inline(always)]
 pub(super) fn shadow_ray<S: Simd>(simd: S, light: Vec3, s: &Surface) -> Ray {
-    let to_light = light - s.point;
+    let to_light = light - s.lifted;
     let distance = simd.dot(to_light, to_light).sqrt();
     let offset = simd.mul_add(distance, LIGHT_OFFSET, s.magnitude * SURFACE_OFFSET);
-    let from_light = simd.mul_add3(s.geometric_normal, offset, s.point) - light;
+    let from_light = simd.mul_add3(s.geometric_normal, offset, s.lifted) - light;
     let length = simd.dot(from_light, from_light).sqrt();
     Ray {
         origin: light,

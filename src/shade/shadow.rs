@@ -191,7 +191,7 @@ fn facing<S: Simd>(
                 soft::push_to(simd, scratch, (surface_i, s), on_light, active);
             } else {
                 let ray = (seen.to_light, seen.distance);
-                soft::push(simd, scratch, (surface_i, s), ray, active);
+                soft::push(simd, scratch, (surface_i, s, &s.lifted), ray, active);
             }
         }
     }
@@ -210,7 +210,7 @@ fn ray<S: Simd>(
     let offset = distance.mul_add(simd.splat(LIGHT_OFFSET), simd.load(&s.magnitude) * SURFACE_OFFSET);
     let from_light = simd
         .load3(&s.geometric_normal)
-        .mul_add(offset, simd.load3(&s.point))
+        .mul_add(offset, simd.load3(&s.lifted))
         - light;
     let length = from_light.dot(from_light).sqrt();
     let zero = simd.splat(0.0);

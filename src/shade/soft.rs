@@ -7,24 +7,24 @@ use super::{
     surface::SurfacePacket,
 };
 use crate::{
-    lanes::F32x8,
+    lanes::{F32x8, Vec3x8},
     ray::RayPacket,
     simd::{EightLanes, Lanes, Simd, Vec3Eight, Vec3Lanes, at_level},
     trace::Tracer,
 };
 use std::time::Duration;
 
-/// Queues rays from just off the surface, `length` long and in the lanes `active`.
+/// Queues rays from just off the points `from`, `length` long and in the lanes `active`.
 #[inline(always)]
 pub(super) fn push<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
-    (surface_i, s): (usize, &SurfacePacket),
+    (surface_i, s, from): (usize, &SurfacePacket, &Vec3x8),
     (direction, length): (Vec3Eight<S>, S::V8),
     active: <S::V8 as Lanes>::Mask,
 ) {
     let geometric = simd.load3(&s.geometric_normal);
-    let origin = geometric.mul_add(simd.load(&s.magnitude) * SURFACE_OFFSET, simd.load3(&s.point));
+    let origin = geometric.mul_add(simd.load(&s.magnitude) * SURFACE_OFFSET, simd.load3(from));
     scratch.surface.push(surface_i as u32);
     scratch.origins.push(origin.to8());
     scratch.rays.push(RayPacket {
@@ -44,7 +44,7 @@ pub(super) fn push_to<S: Simd>(
     active: <S::V8 as Lanes>::Mask,
 ) {
     let geometric = simd.load3(&s.geometric_normal);
-    let origin = geometric.mul_add(simd.load(&s.magnitude) * SURFACE_OFFSET, simd.load3(&s.point));
+    let origin = geometric.mul_add(simd.load(&s.magnitude) * SURFACE_OFFSET, simd.load3(&s.lifted));
     let offset = on_light - origin;
     let length = offset.dot(offset).sqrt();
     let margin = length.mul_add(simd.splat(LIGHT_OFFSET), on_light.max_abs() * SURFACE_OFFSET);
@@ -82,7 +82,8 @@ pub(super) fn ambient_pass(
     (count, time)
 }
 
-/// Queues a ray for each point, which it counts.
+/// Queues a ray for each point, which it counts. Points are not lifted: no direction is below the facet anyway, and a point
+/// lifted below a floor would see nothing there.
 #[inline(always)]
 fn scatter<S: Simd>(
     simd: S,
@@ -101,7 +102,7 @@ fn scatter<S: Simd>(
         push(
             simd,
             scratch,
-            (surface_i, s),
+            (surface_i, s, &s.point),
             (direction, simd.splat(reach)),
             active,
         );
