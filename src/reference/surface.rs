@@ -19,8 +19,7 @@ pub(super) fn surface<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &SceneHit
             (None, Primitive::Plane(i)) => planes::surface(simd, &scene.planes()[i], ray, hit),
         };
     let away = simd.dot(geometric, ray.direction) > 0.0;
-    let front = if away { -geometric } else { geometric };
-    let mut lifted = point;
+    let mut rise = 0.0;
     if scene.smooth_shadows() {
         let base = Base {
             point,
@@ -28,13 +27,13 @@ pub(super) fn surface<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &SceneHit
             from_behind: away,
         };
         let placement = scene.instance(hit.instance).map(Instance::placement);
-        lifted = simd.mul_add3(front, scene.rise(simd, hit, placement.as_ref(), &base), point);
+        rise = scene.rise(simd, hit, placement.as_ref(), &base);
     }
     Surface {
         from_behind: away,
         point,
-        lifted,
-        geometric_normal: front,
+        rise,
+        geometric_normal: if away { -geometric } else { geometric },
         normal: if away { -normal } else { normal },
         direction: ray.direction,
         magnitude,

@@ -3,7 +3,8 @@
 //! A flat triangle blocks light that grazes the smooth surface for which its vertex normals stand, so facets show there.
 //! After Hanika, *Hacking the Shadow Terminator*, Ray Tracing Gems II ch. 4, 2021: the point is projected onto the
 //! tangent planes of the vertices that are above it, and the mean by its barycentric weights is taken. Differs in that
-//! only the part along the geometric normal counts.
+//! only the part along the geometric normal counts, and in that light from well above the facet is not concerned
+//! (`shade::soft::lift`).
 //!
 //! The packet version, with the same operations in the same order, is in `shade::surface`.
 

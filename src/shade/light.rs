@@ -28,7 +28,7 @@ pub(super) struct Seen<S: Simd> {
 /// Returns a light as seen from the points of `s`; `draws` chooses the points of area lights.
 #[inline(always)]
 pub(super) fn seen<S: Simd>(simd: S, shape: &LightShape, s: &SurfacePacket, draws: Draws<'_>) -> Seen<S> {
-    let from = simd.load3(&s.lifted);
+    let from = simd.load3(&s.point);
     match *shape {
         LightShape::Point { position } => towards(simd, simd.splat3(position) - from),
         LightShape::Sphere { center, radius } => {

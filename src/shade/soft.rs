@@ -7,24 +7,47 @@ use super::{
     surface::SurfacePacket,
 };
 use crate::{
-    lanes::{F32x8, Vec3x8},
+    lanes::F32x8,
     ray::RayPacket,
     simd::{EightLanes, Lanes, Simd, Vec3Eight, Vec3Lanes, at_level},
     trace::Tracer,
 };
 use std::time::Duration;
 
-/// Queues rays from just off the points `from`, `length` long and in the lanes `active`.
+/// Inverse of the sine of the light's height above a facet from which on shadow rays start at the facet: 14 degrees. More
+/// would make a step between facets on either side of it, less would let light from farther behind a wall through.
+// Tuned: see docs/lab-notes.md#smooth-shadows
+const STEEPNESS: f32 = 4.0;
+
+/// Returns how far off the surface shadow rays to the light start: with smooth shadows on the smooth surface.
+///
+/// They start there only for light that grazes the facet or is below it, since the facet blocks no other. So a wall in front of
+/// the facet, even below the smooth surface, blocks the light behind it.
+#[inline(always)]
+pub(super) fn lift<S: Simd>(simd: S, s: &SurfacePacket, to_light: Vec3Eight<S>) -> S::V8 {
+    let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+    let height = simd.load3(&s.geometric_normal).dot(to_light);
+    let share = (one - height * simd.splat(STEEPNESS)).max(zero).min(one);
+    share.mul_add(simd.load(&s.rise), offset(simd, s))
+}
+
+/// Returns how far off the surface other rays start.
+#[inline(always)]
+fn offset<S: Simd>(simd: S, s: &SurfacePacket) -> S::V8 {
+    simd.load(&s.magnitude) * SURFACE_OFFSET
+}
+
+/// Queues rays from off the surface by `lift`, `length` long and in the lanes `active`.
 #[inline(always)]
 pub(super) fn push<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
-    (surface_i, s, from): (usize, &SurfacePacket, &Vec3x8),
+    (surface_i, s, lift): (usize, &SurfacePacket, S::V8),
     (direction, length): (Vec3Eight<S>, S::V8),
     active: <S::V8 as Lanes>::Mask,
 ) {
     let geometric = simd.load3(&s.geometric_normal);
-    let origin = geometric.mul_add(simd.load(&s.magnitude) * SURFACE_OFFSET, simd.load3(from));
+    let origin = geometric.mul_add(lift, simd.load3(&s.point));
     scratch.surface.push(surface_i as u32);
     scratch.origins.push(origin.to8());
     scratch.rays.push(RayPacket {
@@ -34,17 +57,17 @@ pub(super) fn push<S: Simd>(
     });
 }
 
-/// Queues rays from just off the surface to just before points of a light, which may lie on another surface.
+/// Queues rays from off the surface by `lift` to just before points of a light, which may lie on another surface.
 #[inline(always)]
 pub(super) fn push_to<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
-    (surface_i, s): (usize, &SurfacePacket),
+    (surface_i, s, lift): (usize, &SurfacePacket, S::V8),
     on_light: Vec3Eight<S>,
     active: <S::V8 as Lanes>::Mask,
 ) {
     let geometric = simd.load3(&s.geometric_normal);
-    let origin = geometric.mul_add(simd.load(&s.magnitude) * SURFACE_OFFSET, simd.load3(&s.lifted));
+    let origin = geometric.mul_add(lift, simd.load3(&s.point));
     let offset = on_light - origin;
     let length = offset.dot(offset).sqrt();
     let margin = length.mul_add(simd.splat(LIGHT_OFFSET), on_light.max_abs() * SURFACE_OFFSET);
@@ -82,8 +105,7 @@ pub(super) fn ambient_pass(
     (count, time)
 }
 
-/// Queues a ray for each point, which it counts. Points are not lifted: no direction is below the facet anyway, and a point
-/// lifted below a floor would see nothing there.
+/// Queues a ray for each point, which it counts. They start at the facet: none goes below it anyway.
 #[inline(always)]
 fn scatter<S: Simd>(
     simd: S,
@@ -102,7 +124,7 @@ fn scatter<S: Simd>(
         push(
             simd,
             scratch,
-            (surface_i, s, &s.point),
+            (surface_i, s, offset(simd, s)),
             (direction, simd.splat(reach)),
             active,
         );

@@ -23,8 +23,8 @@ pub struct SurfacePacket {
     pub from_behind: u32,
     /// The points, scene units.
     pub point: Vec3x8,
-    /// The points that lights see: with [smooth shadows](Scene::smooth_shadows) on the smooth surface, else `point`.
-    pub lifted: Vec3x8,
+    /// How far the smooth surface is above each point, scene units; 0 without [smooth shadows](Scene::smooth_shadows).
+    pub rise: F32x8,
     /// Unit geometric normals on the viewer's side.
     pub geometric_normal: Vec3x8,
     /// Unit shading normals, negated where the geometric ones are.
@@ -186,18 +186,12 @@ fn push<S: Simd>(
                 .geometric
                 .dot(simd.load3(&hits.direction))
                 .gt(simd.splat(0.0));
-            let geometric = Vec3Lanes::select(away, -points.geometric, points.geometric);
-            let lifted = if scene.smooth_shadows() {
-                geometric.mul_add(points.rise, points.point)
-            } else {
-                points.point
-            };
             surfaces.push(SurfacePacket {
                 active,
                 from_behind: away.bits(),
                 point: points.point.to8(),
-                lifted: lifted.to8(),
-                geometric_normal: geometric.to8(),
+                rise: points.rise.to8(),
+                geometric_normal: Vec3Lanes::select(away, -points.geometric, points.geometric).to8(),
                 normal: Vec3Lanes::select(away, -points.normal, points.normal).to8(),
                 direction: hits.direction,
                 magnitude: points.magnitude.to8(),

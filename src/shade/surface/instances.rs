@@ -68,18 +68,17 @@ fn place_lane<S: Simd>(
     surface.from_behind = surface.from_behind & !bit | u32::from(away) << lane;
     let point = placement.point(surface.point.lane(lane));
     surface.point.set(lane, point);
-    let front = if away { -geometric } else { geometric };
-    surface.geometric_normal.set(lane, front);
-    let mut lifted = point;
+    surface
+        .geometric_normal
+        .set(lane, if away { -geometric } else { geometric });
     if scene.smooth_shadows() {
         let base = Base {
             point,
             geometric,
             from_behind: away,
         };
-        lifted = simd.mul_add3(front, scene.rise(simd, hit, Some(placement), &base), point);
+        surface.rise.as_mut_array()[lane] = scene.rise(simd, hit, Some(placement), &base);
     }
-    surface.lifted.set(lane, lifted);
     surface.normal.set(lane, if away { -normal } else { normal });
     let magnitude = &mut surface.magnitude.as_mut_array()[lane];
     *magnitude = placement.magnitude(*magnitude);
