@@ -94,7 +94,7 @@ fn lights(scale: f32) -> Vec<(&'static str, Light, u32)> {
     let at = Vec3::new(30.0, 3.0, 2.0) * scale;
     let rectangle = LightShape::Rectangle {
         center: at,
-        edges: [Vec3::Y * scale, Vec3::Z * scale],
+        edges: [Vec3::Z * scale, Vec3::Y * scale],
     };
     let sphere = LightShape::Sphere {
         center: at,
@@ -291,7 +291,9 @@ fn wild_scene(shift: Vec3) -> Scene {
         (&mut ball.y, shift.y),
         (&mut ball.z, shift.z),
     ] {
-        numbers.iter_mut().for_each(|number| *number += by);
+        for number in numbers {
+            *number += by;
+        }
     }
     builder.add_mesh(ball, materials[5]).unwrap();
     builder.add_sphere(shift - Vec3::X, 0.5, materials[0]).unwrap();

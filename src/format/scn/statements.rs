@@ -66,7 +66,7 @@ impl Reader<'_> {
             "background" => self.background(arguments),
             "environment" => self.environment(arguments),
             "ambient" => self.ambient(arguments),
-            "smooth_shadows" => self.smooth_shadows(arguments),
+            "smooth_shadows" => self.smooth_shadows(&arguments),
             "at" => self.at(arguments),
             _ => self.include(arguments),
         }
@@ -232,9 +232,9 @@ impl Reader<'_> {
         set.map_err(|error| arguments.refused(&error, &[("reach", word)]))
     }
 
-    fn smooth_shadows(&mut self, arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+    fn smooth_shadows(&mut self, arguments: &Arguments<'_, '_>) -> Result<(), LoadError> {
         arguments.end()?;
-        Said::once(&mut self.said.smooth_shadows, &arguments, "`smooth_shadows`")?;
+        Said::once(&mut self.said.smooth_shadows, arguments, "`smooth_shadows`")?;
         self.builder.set_smooth_shadows(true);
         Ok(())
     }
