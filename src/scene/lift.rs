@@ -2,8 +2,8 @@
 //!
 //! A flat triangle blocks light that grazes the smooth surface for which its vertex normals stand, so facets show there.
 //! After Hanika, *Hacking the Shadow Terminator*, Ray Tracing Gems II ch. 4, 2021: the point is projected onto the
-//! tangent planes of the vertices that are above it, and the mean by its barycentric weights is taken. Differs in that
-//! only the part along the geometric normal counts, and in that light from well above the facet is not concerned
+//! tangent planes of the vertices that are above it, and the mean by its barycentric weights is taken. Two
+//! differences: the point moves only along the geometric normal, and only for light that grazes the facet or is below it
 //! (`shade::soft::lift`).
 //!
 //! The packet version, with the same operations in the same order, is in `shade::surface`.
@@ -37,8 +37,8 @@ impl Scene {
     /// Returns how far the smooth surface is above a hit, on the viewer's side, scene units; 0 without
     /// vertex normals, and on spheres and planes.
     ///
-    /// Moving along the geometric normal only is the clamp for normals far off the face: the farther off, the less the
-    /// vertex counts, at most half its distance, and the point never moves sideways, under the floor that a box stands on.
+    /// Moving along the geometric normal is also the clamp for normals far off the face: a vertex counts for at most half its
+    /// distance, and nothing at 90 degrees; and the point never moves sideways, under the floor on which a box stands.
     #[inline(always)]
     pub(crate) fn rise<S: Simd>(&self, simd: S, hit: &Hit, placement: Option<&Placement>, at: &Base) -> f32 {
         let normals = &self.vertices.normals;

@@ -14,15 +14,15 @@ use crate::{
 };
 use std::time::Duration;
 
-/// Inverse of the sine of the light's height above a facet from which on shadow rays start at the facet: 14 degrees. More
-/// would make a step between facets on either side of it, less would let light from farther behind a wall through.
+/// Shadow rays start at the facet if the light is higher above it than the arcsine of the inverse: 14 degrees. A larger
+/// number makes a step in cast shadows between neighbouring facets, a smaller one lets more light through touching walls.
 // Tuned: see docs/lab-notes.md#smooth-shadows
 const STEEPNESS: f32 = 4.0;
 
 /// Returns how far off the surface shadow rays to the light start: with smooth shadows on the smooth surface.
 ///
-/// They start there only for light that grazes the facet or is below it, since the facet blocks no other. So a wall in front of
-/// the facet, even below the smooth surface, blocks the light behind it.
+/// Only for light that grazes the facet or is below it, since the facet blocks no other. So a wall between the facet and the
+/// smooth surface still blocks light that is high above the facet.
 #[inline(always)]
 pub(super) fn lift<S: Simd>(simd: S, s: &SurfacePacket, to_light: Vec3Eight<S>) -> S::V8 {
     let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
@@ -105,7 +105,7 @@ pub(super) fn ambient_pass(
     (count, time)
 }
 
-/// Queues a ray for each point, which it counts. They start at the facet: none goes below it anyway.
+/// Queues a ray for each point, which it counts. Rays start at the facet, because none goes below it.
 #[inline(always)]
 fn scatter<S: Simd>(
     simd: S,
