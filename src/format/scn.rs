@@ -170,6 +170,7 @@ struct Reader<'a> {
 struct Said {
     background: Option<SourcePos>,
     ambient: Option<SourcePos>,
+    smooth_shadows: Option<SourcePos>,
     /// By name.
     cameras: HashMap<Option<String>, SourcePos>,
 }

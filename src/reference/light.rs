@@ -15,6 +15,7 @@ use crate::{
 use glam::Vec3;
 
 const LIGHT_OFFSET: f32 = 32.0 / 16_777_216.0;
+const STEEPNESS: f32 = 4.0;
 
 /// A light as seen from a point; the fields are those of `shade::light::Seen`.
 pub(super) struct Seen {
@@ -123,22 +124,33 @@ pub(super) fn from_environment<S: Simd>(
     (direction, environment.power(direction, n_dot_l))
 }
 
-/// Returns the ray from just off the surface.
+/// Returns how far off the surface shadow rays to the light start.
 #[inline(always)]
-pub(super) fn leaving<S: Simd>(simd: S, s: &Surface, direction: Vec3, t_max: f32) -> Ray {
+pub(super) fn lift<S: Simd>(simd: S, s: &Surface, to_light: Vec3) -> f32 {
+    let height = simd.dot(s.geometric_normal, to_light);
+    let share = min(max(1.0 - height * STEEPNESS, 0.0), 1.0);
+    simd.mul_add(share, s.rise, offset(s))
+}
+
+/// Returns how far off the surface other rays start.
+#[inline(always)]
+pub(super) fn offset(s: &Surface) -> f32 {
+    s.magnitude * SURFACE_OFFSET
+}
+
+/// Returns the ray from off the surface by `lift`.
+#[inline(always)]
+pub(super) fn leaving<S: Simd>(simd: S, (s, lift): (&Surface, f32), direction: Vec3, t_max: f32) -> Ray {
     Ray {
         t_max,
-        ..Ray::new(
-            simd.mul_add3(s.geometric_normal, s.magnitude * SURFACE_OFFSET, s.point),
-            direction,
-        )
+        ..Ray::new(simd.mul_add3(s.geometric_normal, lift, s.point), direction)
     }
 }
 
-/// Returns the ray from just off the surface to just before a point of a light.
+/// Returns the ray from off the surface by `lift` to just before a point of a light.
 #[inline(always)]
-pub(super) fn ending_before<S: Simd>(simd: S, s: &Surface, on_light: Vec3) -> Ray {
-    let origin = simd.mul_add3(s.geometric_normal, s.magnitude * SURFACE_OFFSET, s.point);
+pub(super) fn ending_before<S: Simd>(simd: S, (s, lift): (&Surface, f32), on_light: Vec3) -> Ray {
+    let origin = simd.mul_add3(s.geometric_normal, lift, s.point);
     let offset = on_light - origin;
     let length = simd.dot(offset, offset).sqrt();
     let margin = simd.mul_add(length, LIGHT_OFFSET, max_abs(on_light) * SURFACE_OFFSET);
@@ -148,12 +160,12 @@ pub(super) fn ending_before<S: Simd>(simd: S, s: &Surface, on_light: Vec3) -> Ra
     }
 }
 
-/// Returns the ray from the light to the point, offset from the surface.
+/// Returns the ray from the light to the point, moved off the surface by `lift`.
 #[inline(always)]
-pub(super) fn shadow_ray<S: Simd>(simd: S, light: Vec3, s: &Surface) -> Ray {
+pub(super) fn shadow_ray<S: Simd>(simd: S, light: Vec3, (s, lift): (&Surface, f32)) -> Ray {
     let to_light = light - s.point;
     let distance = simd.dot(to_light, to_light).sqrt();
-    let offset = simd.mul_add(distance, LIGHT_OFFSET, s.magnitude * SURFACE_OFFSET);
+    let offset = simd.mul_add(distance, LIGHT_OFFSET, lift);
     let from_light = simd.mul_add3(s.geometric_normal, offset, s.point) - light;
     let length = simd.dot(from_light, from_light).sqrt();
     Ray {

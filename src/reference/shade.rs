@@ -30,6 +30,7 @@ pub trait Intersect {
 /// A point on a surface; the fields are those of `shade::surface::SurfacePacket`.
 pub(super) struct Surface {
     pub point: Vec3,
+    pub rise: f32,
     pub geometric_normal: Vec3,
     pub normal: Vec3,
     pub direction: Vec3,
@@ -245,7 +246,7 @@ fn matte(color: [f32; 3], light: &Light, most: f32) -> [f32; 3] {
 pub(super) fn mirrored<S: Simd>(simd: S, s: &Surface) -> Ray {
     let along = simd.dot(s.direction, s.normal);
     let direction = simd.normalize(simd.mul_add3(s.normal, -2.0 * along, s.direction));
-    light::leaving(simd, s, direction, T_MAX)
+    light::leaving(simd, (s, light::offset(s)), direction, T_MAX)
 }
 
 /// The incident light at a point, summed over the lights that reach it, by channel.
@@ -295,7 +296,7 @@ fn gather_light<S: Simd>(
         let point = draw.sample.point(draw.first_pair);
         let direction = scattered(simd, s.normal, s.geometric_normal, point);
         rays.ambient += 1;
-        if intersect.occluded(&light::leaving(simd, s, direction, reach)) {
+        if intersect.occluded(&light::leaving(simd, (s, light::offset(s)), direction, reach)) {
             sum.ambient = 0.0;
         }
     }
@@ -310,10 +311,11 @@ fn gather_light<S: Simd>(
         if share.is_some_and(|share| share <= 0.0) {
             continue;
         }
+        let lift = light::lift(simd, s, seen.to_light);
         let ray = match (&light.shape, seen.on_light) {
-            (LightShape::Point { position }, _) => Some(light::shadow_ray(simd, *position, s)),
-            (_, Some(on_light)) => Some(light::ending_before(simd, s, on_light)),
-            _ => (seen.distance > 0.0).then(|| light::leaving(simd, s, seen.to_light, seen.distance)),
+            (LightShape::Point { position }, _) => Some(light::shadow_ray(simd, *position, (s, lift))),
+            (_, Some(on_light)) => Some(light::ending_before(simd, (s, lift), on_light)),
+            _ => (seen.distance > 0.0).then(|| light::leaving(simd, (s, lift), seen.to_light, seen.distance)),
         };
         let mut left = [1.0; 3];
         if let Some(ray) = ray.filter(|_| shadows) {
@@ -336,7 +338,7 @@ fn gather_light<S: Simd>(
             };
             let n_dot_l = simd.dot(s.normal, to_light);
             rays.shadow += u64::from(shadows && n_dot_l > 0.0);
-            let ray = light::leaving(simd, s, to_light, T_MAX);
+            let ray = light::leaving(simd, (s, light::lift(simd, s, to_light)), to_light, T_MAX);
             if n_dot_l > 0.0 {
                 let left = if shadows {
                     light_through(simd, scene, intersect, ray)

@@ -4,7 +4,7 @@ use super::{planes, shade::Surface};
 use crate::{
     math::{max, max_abs, scale_to_one},
     ray::{Hit, Ray, SceneHit},
-    scene::{Instance, Primitive, Scene},
+    scene::{Base, Instance, Primitive, Scene},
     simd::Simd,
 };
 use glam::Vec3;
@@ -19,9 +19,20 @@ pub(super) fn surface<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &SceneHit
             (None, Primitive::Plane(i)) => planes::surface(simd, &scene.planes()[i], ray, hit),
         };
     let away = simd.dot(geometric, ray.direction) > 0.0;
+    let mut rise = 0.0;
+    if scene.smooth_shadows() {
+        let base = Base {
+            point,
+            geometric,
+            from_behind: away,
+        };
+        let placement = scene.instance(hit.instance).map(Instance::placement);
+        rise = scene.rise(simd, hit, placement.as_ref(), &base);
+    }
     Surface {
         from_behind: away,
         point,
+        rise,
         geometric_normal: if away { -geometric } else { geometric },
         normal: if away { -normal } else { normal },
         direction: ray.direction,

@@ -1,5 +1,6 @@
 //! The background: the colour of rays that leave the scene.
 
+use super::{Environment, Scene};
 use crate::{
     math::{max, min},
     simd::{Portable, Simd},
@@ -55,6 +56,23 @@ impl Background {
             *channel = simd.mul_add(share, difference, *channel);
         }
         color
+    }
+}
+
+impl Scene {
+    /// Returns the colour of a ray that leaves the scene along `direction`, a unit vector.
+    #[inline(always)]
+    pub(crate) fn background_color<S: Simd>(&self, simd: S, direction: Vec3) -> [f32; 3] {
+        match &self.environment {
+            Some(environment @ Environment::Picture(_)) => environment.color(direction),
+            _ => self.background.color_at(simd, direction),
+        }
+    }
+
+    /// Returns whether all rays that leave the scene have one colour.
+    #[must_use]
+    pub(crate) fn has_constant_background(&self) -> bool {
+        !matches!(self.environment, Some(Environment::Picture(_))) && self.background.is_constant()
     }
 }
 

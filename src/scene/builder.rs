@@ -90,6 +90,7 @@ pub struct SceneBuilder {
     image_bytes: u64,
     ambient: f32,
     ambient_reach: Option<f32>,
+    smooth_shadows: bool,
     background: Background,
     environment: Option<Environment>,
     pub(super) cameras: Vec<NamedCamera>,
@@ -199,6 +200,7 @@ impl SceneBuilder {
             image_bytes: 0,
             ambient: classic::AMBIENT,
             ambient_reach: None,
+            smooth_shadows: false,
             background: Background::constant(classic::BACKGROUND),
             environment: None,
             cameras: Vec::new(),
@@ -373,33 +375,6 @@ impl SceneBuilder {
         vertices.normals.len() + vertices.colors.len() + vertices.uvs.len() + self.spheres.color.len()
     }
 
-    /// Adds a triangle. One without area keeps its id but is never hit.
-    ///
-    /// # Errors
-    /// [`SceneError::NotUsable`], [`SceneError::UnknownMaterial`] or [`SceneError::TooMany`].
-    pub fn add_triangle(&mut self, corners: [Vec3; 3], material: MaterialId) -> Result<(), SceneError> {
-        corners.into_iter().try_for_each(usable_point)?;
-        self.check_material(material)?;
-        self.check_limits([1, 0, 3], self.vectors())?;
-        let base = self.vertices.x.len() as u32;
-        let all = &mut self.vertices;
-        all.x.extend(corners.map(|corner| corner.x));
-        all.y.extend(corners.map(|corner| corner.y));
-        all.z.extend(corners.map(|corner| corner.z));
-        if !all.normals.is_empty() {
-            all.normals.resize(all.x.len(), Vec3::ZERO);
-        }
-        if !all.colors.is_empty() {
-            all.colors.resize(all.x.len(), WHITE);
-        }
-        if !all.uvs.is_empty() {
-            all.uvs.resize(all.x.len(), [0.0; 2]);
-        }
-        self.triangles.corners.push([base, base + 1, base + 2]);
-        self.triangles.material.push(material);
-        Ok(())
-    }
-
     /// Finishes the scene: bounds, the number of triangles without area, and the scene's origin.
     #[must_use]
     pub fn finish(self) -> Scene {
@@ -419,6 +394,7 @@ impl SceneBuilder {
             image_bytes: _,
             ambient,
             ambient_reach,
+            smooth_shadows,
             background,
             environment,
             cameras,
@@ -443,6 +419,7 @@ impl SceneBuilder {
             images,
             ambient,
             ambient_reach,
+            smooth_shadows,
             background,
             environment,
             cameras,

@@ -10,6 +10,7 @@ mod fit;
 mod image;
 mod image_plane;
 mod instance;
+mod lift;
 mod light;
 mod material;
 mod motion;
@@ -42,6 +43,7 @@ pub use image_plane::{ImagePlane, Intrinsics};
 pub(crate) use instance::Placing;
 pub(crate) use instance::{ImageRay, Placement};
 pub use instance::{Instance, MAX_INSTANCES, MAX_PROTOTYPES, Prototype, PrototypeId};
+pub(crate) use lift::Base;
 pub(crate) use light::MOST_FALLOFF;
 pub use light::{Light, LightShape, Spot};
 pub use material::{INDEX_RANGE, MAX_ALPHA, Material};
@@ -57,7 +59,7 @@ pub use transform::Transform;
 pub use view::{CameraError, Lens, Projection, View};
 pub(crate) use weld::weld;
 
-use crate::{math::Aabb, ray::PrimitiveId, simd::Simd};
+use crate::{math::Aabb, ray::PrimitiveId};
 use glam::Vec3;
 use std::{
     collections::BTreeSet,
@@ -177,6 +179,7 @@ pub struct Scene {
     has_glass: bool,
     ambient: f32,
     ambient_reach: Option<f32>,
+    smooth_shadows: bool,
     background: Background,
     environment: Option<Environment>,
     cameras: Vec<NamedCamera>,
@@ -272,21 +275,6 @@ impl Scene {
     #[must_use]
     pub fn environment(&self) -> Option<&Environment> {
         self.environment.as_ref()
-    }
-
-    /// Returns the colour of a ray that leaves the scene along `direction`, a unit vector.
-    #[inline(always)]
-    pub(crate) fn background_color<S: Simd>(&self, simd: S, direction: Vec3) -> [f32; 3] {
-        match &self.environment {
-            Some(environment @ Environment::Picture(_)) => environment.color(direction),
-            _ => self.background.color_at(simd, direction),
-        }
-    }
-
-    /// Returns whether all rays that leave the scene have one colour.
-    #[must_use]
-    pub(crate) fn has_constant_background(&self) -> bool {
-        !matches!(self.environment, Some(Environment::Picture(_))) && self.background.is_constant()
     }
 
     /// Returns the light to which each sample is clamped: 1, or none with an environment, whose samples are right only in

@@ -50,7 +50,8 @@ pub(super) fn facing<S: Simd>(
         if shadows && bits != 0 {
             count += u64::from(bits.count_ones());
             let ray = (to_light, simd.splat(T_MAX));
-            soft::push(simd, scratch, (surface_i, s), ray, active);
+            let lift = soft::lift(simd, s, to_light);
+            soft::push(simd, scratch, (surface_i, s, lift), ray, active);
         }
     }
     count

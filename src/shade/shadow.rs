@@ -1,7 +1,7 @@
 //! The shadow pass: finds the points that a light or the environment reaches.
 
 use super::{
-    LIGHT_OFFSET, SURFACE_OFFSET,
+    LIGHT_OFFSET,
     draw::Draws,
     environment::{self, Part},
     light::{self, Beam},
@@ -184,30 +184,33 @@ fn facing<S: Simd>(
         let bits = active.bits();
         if shadows && bits != 0 {
             count += u64::from(bits.count_ones());
+            let lift = soft::lift(simd, s, seen.to_light);
             if let Some(position) = position {
                 scratch.surface.push(surface_i as u32);
-                scratch.rays.push(ray(simd, position, s, seen.distance, active));
+                scratch
+                    .rays
+                    .push(ray(simd, position, s, (seen.distance, lift), active));
             } else if let Some(on_light) = seen.on_light {
-                soft::push_to(simd, scratch, (surface_i, s), on_light, active);
+                soft::push_to(simd, scratch, (surface_i, s, lift), on_light, active);
             } else {
                 let ray = (seen.to_light, seen.distance);
-                soft::push(simd, scratch, (surface_i, s), ray, active);
+                soft::push(simd, scratch, (surface_i, s, lift), ray, active);
             }
         }
     }
     count
 }
 
-/// Makes the rays from the light to eight points at `distance`; inactive lanes get no ray.
+/// Makes the rays from the light to eight points at `distance`, moved off the surface by `lift`; inactive lanes get no ray.
 #[inline(always)]
 fn ray<S: Simd>(
     simd: S,
     light: Vec3Eight<S>,
     s: &SurfacePacket,
-    distance: S::V8,
+    (distance, lift): (S::V8, S::V8),
     active: <S::V8 as Lanes>::Mask,
 ) -> RayPacket {
-    let offset = distance.mul_add(simd.splat(LIGHT_OFFSET), simd.load(&s.magnitude) * SURFACE_OFFSET);
+    let offset = distance.mul_add(simd.splat(LIGHT_OFFSET), lift);
     let from_light = simd
         .load3(&s.geometric_normal)
         .mul_add(offset, simd.load3(&s.point))

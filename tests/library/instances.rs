@@ -94,6 +94,7 @@ fn transforms() -> Vec<(&'static str, Transform)> {
 /// A ball of two lights, stored where it stands, or placed there.
 fn ball_scene(transform: &Transform, has_normals: bool, is_instance: bool) -> Scene {
     let mut builder = SceneBuilder::new();
+    builder.set_smooth_shadows(has_normals);
     builder.add_light(Vec3::new(3.0, -4.0, 5.0), 0.6).unwrap();
     builder.add_light(Vec3::new(-4.0, -1.0, 2.0), 0.3).unwrap();
     let matte = Material::Matte {
@@ -251,8 +252,9 @@ fn lights(builder: &mut SceneBuilder, shift: Vec3) {
 
 /// Instances of triangles, coloured spheres, cut-outs, glass and mirrors, turned, mirrored, stretched and on top of each
 /// other, around a mesh and spheres of no instance that some of them repeat, on a checkered plane.
-pub fn instanced_scene(shift: Vec3) -> Scene {
+pub fn instanced_scene(shift: Vec3, smooth_shadows: bool) -> Scene {
     let mut builder = SceneBuilder::new();
+    builder.set_smooth_shadows(smooth_shadows);
     lights(&mut builder, shift);
     let checker = Some(Checker {
         colors: [[0.9, 0.8, 0.7], [0.2, 0.3, 0.4]],
@@ -317,11 +319,12 @@ pub fn instanced_scene(shift: Vec3) -> Scene {
 
 #[test]
 fn scenes_of_instances() {
-    for (name, shift) in [
-        ("instances", Vec3::ZERO),
-        ("far instances", Vec3::new(5000.0, -3000.0, 700.0)),
+    for (name, shift, smooth_shadows) in [
+        ("instances", Vec3::ZERO, false),
+        ("instances with smooth shadows", Vec3::ZERO, true),
+        ("far instances", Vec3::new(5000.0, -3000.0, 700.0), true),
     ] {
-        let scene = instanced_scene(shift);
+        let scene = instanced_scene(shift, smooth_shadows);
         let sameness = Sameness::of(name, &scene);
         let view = View::classic(2).expect("views are 1 to 6");
         let view = View {
@@ -356,7 +359,7 @@ fn scenes_of_instances() {
 
 #[test]
 fn output_variables_are_those_of_both_modes() {
-    let scene = instanced_scene(Vec3::ZERO);
+    let scene = instanced_scene(Vec3::ZERO, false);
     let bvh = Bvh::build(&scene);
     let camera = Camera::classic_view(1).expect("views are 1 to 6");
     let [packet, scalar] = [octray::render::Mode::Packet, octray::render::Mode::Scalar].map(|mode| {
@@ -391,7 +394,7 @@ impl Intersect for Brute<'_> {
 #[test]
 fn brute_force_makes_the_same_picture() {
     let camera = Camera::classic_view(2).expect("views are 1 to 6");
-    brute_force_agrees(&instanced_scene(Vec3::ZERO), &camera);
+    brute_force_agrees(&instanced_scene(Vec3::ZERO, true), &camera);
 }
 
 /// A small picture is that of brute force.
@@ -441,7 +444,7 @@ fn compare_packet(name: &str, tracer: &mut Tracer<'_>, rays: &[Ray; LANES], expe
 
 #[test]
 fn every_level_finds_the_hits_of_brute_force() {
-    let scene = instanced_scene(Vec3::new(5000.0, -3000.0, 700.0));
+    let scene = instanced_scene(Vec3::new(5000.0, -3000.0, 700.0), false);
     let mut random = Random::new(29, 3);
     let packets = [(); 60].map(|()| {
         let rays = std::array::from_fn(|_| {

@@ -14,7 +14,8 @@ use octray::{
 use std::ops::ControlFlow;
 
 /// All classic materials on spheres and triangles, with and without vertex normals, under two lights. If `colored`, half
-/// of the spheres and a mesh of every material have colours, a third light is a sphere, and ambient light is occluded.
+/// of the spheres and a mesh of every material have colours, a third light is a sphere, ambient light is occluded, and
+/// shadows are smooth.
 fn all_materials(colored: bool) -> Scene {
     let mut random = fastrand::Rng::with_seed(21);
     let mut unit = move || random.f32() * 2.0 - 1.0;
@@ -28,6 +29,7 @@ fn all_materials(colored: bool) -> Scene {
             .add_sphere_light(above, 1.5, 0.5, [1.0, 0.8, 0.6])
             .unwrap();
         builder.set_ambient_reach(Some(0.7)).unwrap();
+        builder.set_smooth_shadows(true);
     }
     for i in 0..200 {
         let material = builder.classic_material(i % 4).unwrap();

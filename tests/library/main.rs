@@ -40,6 +40,7 @@ mod scaling;
 mod scene_language;
 #[cfg(feature = "gltf")]
 mod shared_meshes;
+mod smooth_shadows;
 mod soft_light;
 mod strangers_mesh;
 mod strangers_scene;

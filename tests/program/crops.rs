@@ -66,6 +66,7 @@ sphere 0.8 -0.4 0.3 0.3
 const INSTANCES: &str = "\
 camera eye 3 -3 1.5 target 0 0 0.4 fov 40
 ambient 0.1 reach 0.5
+smooth_shadows
 light 3 -2 5 0.7 radius 1
 instance colors.obj scale 0.6 translate 0.3 0 0.2
 instance points.obj scale 0.4 placements placed.txt point_size 0.2
@@ -230,11 +231,16 @@ v 1 0 0 0 1 0
 v 1 0 1 0 0 1
 v 0 0 1 1 1 0
 v 0.5 1 0.5 1 1 1
-f 1 2 3 4
-f 1 5 2
-f 2 5 3
-f 3 5 4
-f 4 5 1
+vn -1 -1 -1
+vn 1 -1 -1
+vn 1 -1 1
+vn -1 -1 1
+vn 0 1 0
+f 1//1 2//2 3//3 4//4
+f 1//1 5//5 2//2
+f 2//2 5//5 3//3
+f 3//3 5//5 4//4
+f 4//4 5//5 1//1
 ";
 
 /// A helix of coloured points.

@@ -170,6 +170,7 @@ fn furnished(
             builder.set_ambient_reach(Some((reach * rig.radius).min(f64::from(MAX_COORDINATE)) as f32))?;
             builder.set_background(Background::constant(SOFT_BACKGROUND))?;
         }
+        builder.set_smooth_shadows(true);
         ground_color = SOFT_GROUND;
         if stage.style == Style::Clay {
             loaded.paint(Surface::CLAY);

@@ -37,6 +37,12 @@ impl SceneBuilder {
         Ok(())
     }
 
+    /// Sets whether the shadow rays of triangles with vertex normals start on the smooth surface that these stand for, so
+    /// that facets do not show where light grazes them. Off by default.
+    pub fn set_smooth_shadows(&mut self, smooth_shadows: bool) {
+        self.smooth_shadows = smooth_shadows;
+    }
+
     /// Adds a white point light.
     ///
     /// # Errors

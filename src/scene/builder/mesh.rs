@@ -1,6 +1,6 @@
 //! Adding meshes: checks their arrays and appends them to the scene's, moved instead of copied where possible.
 
-use super::{MIN_PIECE, SceneBuilder, WHITE, usable};
+use super::{MIN_PIECE, SceneBuilder, WHITE, usable, usable_point};
 use crate::{
     error::SceneError,
     math::max_abs,
@@ -29,6 +29,33 @@ pub struct TriangleMesh {
 }
 
 impl SceneBuilder {
+    /// Adds a triangle. One without area keeps its id but is never hit.
+    ///
+    /// # Errors
+    /// [`SceneError::NotUsable`], [`SceneError::UnknownMaterial`] or [`SceneError::TooMany`].
+    pub fn add_triangle(&mut self, corners: [Vec3; 3], material: MaterialId) -> Result<(), SceneError> {
+        corners.into_iter().try_for_each(usable_point)?;
+        self.check_material(material)?;
+        self.check_limits([1, 0, 3], self.vectors())?;
+        let base = self.vertices.x.len() as u32;
+        let all = &mut self.vertices;
+        all.x.extend(corners.map(|corner| corner.x));
+        all.y.extend(corners.map(|corner| corner.y));
+        all.z.extend(corners.map(|corner| corner.z));
+        if !all.normals.is_empty() {
+            all.normals.resize(all.x.len(), Vec3::ZERO);
+        }
+        if !all.colors.is_empty() {
+            all.colors.resize(all.x.len(), WHITE);
+        }
+        if !all.uvs.is_empty() {
+            all.uvs.resize(all.x.len(), [0.0; 2]);
+        }
+        self.triangles.corners.push([base, base + 1, base + 2]);
+        self.triangles.material.push(material);
+        Ok(())
+    }
+
     /// Adds a mesh. Triangles without area keep their ids but are never hit.
     ///
     /// # Errors

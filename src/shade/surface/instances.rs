@@ -4,8 +4,8 @@ use super::SurfacePacket;
 use crate::{
     lanes::LANES,
     math::max_abs,
-    ray::{HitPacket, InstanceId, PrimitiveId, Ray},
-    scene::{Instance, Placement, Primitive, Scene},
+    ray::{Hit, HitPacket, InstanceId, PrimitiveId, Ray},
+    scene::{Base, Instance, Placement, Primitive, Scene},
     shade::queue::{HitQueue, RayQueue},
     simd::Simd,
 };
@@ -45,7 +45,7 @@ pub(in crate::shade) fn place<S: Simd>(
                     let ray = rays.rays.ray(p, from);
                     set_sphere(simd, scene, (sphere_i, instance), &ray, hit.t, (surface, lane));
                 }
-                place_lane(simd, surface, lane, &placement);
+                place_lane(simd, scene, (surface, lane), &hit, &placement);
             }
         },
     );
@@ -53,17 +53,32 @@ pub(in crate::shade) fn place<S: Simd>(
 
 /// Transforms one point, and turns its normals to the viewer.
 #[inline(always)]
-fn place_lane<S: Simd>(simd: S, surface: &mut SurfacePacket, lane: usize, placement: &Placement) {
+fn place_lane<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    (surface, lane): (&mut SurfacePacket, usize),
+    hit: &Hit,
+    placement: &Placement,
+) {
     let bit = 1 << lane;
     let turned = if surface.from_behind & bit == 0 { 1.0 } else { -1.0 };
     let geometric = placement.normal(surface.geometric_normal.lane(lane) * turned);
     let normal = placement.normal(surface.normal.lane(lane) * turned);
     let away = simd.dot(geometric, surface.direction.lane(lane)) > 0.0;
     surface.from_behind = surface.from_behind & !bit | u32::from(away) << lane;
-    surface.point.set(lane, placement.point(surface.point.lane(lane)));
+    let point = placement.point(surface.point.lane(lane));
+    surface.point.set(lane, point);
     surface
         .geometric_normal
         .set(lane, if away { -geometric } else { geometric });
+    if scene.smooth_shadows() {
+        let base = Base {
+            point,
+            geometric,
+            from_behind: away,
+        };
+        surface.rise.as_mut_array()[lane] = scene.rise(simd, hit, Some(placement), &base);
+    }
     surface.normal.set(lane, if away { -normal } else { normal });
     let magnitude = &mut surface.magnitude.as_mut_array()[lane];
     *magnitude = placement.magnitude(*magnitude);

@@ -296,6 +296,8 @@ pub fn picture(bytes: &[u8]) {
     if let (Ok(true), Ok(reach)) = (u.ratio(1, 4), coordinate(&mut u)) {
         let _ = builder.set_ambient_reach(Some(reach));
     }
+    // By the length, so that bytes keep their meaning.
+    builder.set_smooth_shadows(bytes.len() % 2 == 1);
     // The bytes may end at any point of this.
     let _ = fill(&mut u, &mut builder);
     let scene = builder.finish();
