@@ -127,7 +127,7 @@ impl Camera {
         let [x, y] = [0, 1].map(|axis| (point[axis] - principal_point[axis]) / focal[axis]);
         match &self.distortion {
             None => DVec3::new(x, y, 1.0).try_normalize(),
-            Some(inverse) => inverse.directions(&[[x, y]])[0].try_normalize(),
+            Some(inverse) => inverse.directions(&[[x], [y]])[0].try_normalize(),
         }
     }
 

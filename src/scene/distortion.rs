@@ -77,7 +77,10 @@ impl Inverse {
     const STEPS: usize = 128;
 
     /// A relative step after which a point is exact: Newton's method doubles the digits.
-    const LAST_STEP: f64 = 1e-9;
+    const LAST_STEP: f64 = 1e-12;
+
+    /// The same if more steps follow.
+    const FIRST_STEP: f64 = 1e-3;
 
     /// The largest difference of a point that is found, relative to the point or to 1.
     const TOLERANCE: f64 = 1e-10;
@@ -93,8 +96,7 @@ impl Inverse {
             Distortion::Fisheye { radial } => (radial, [0.0; 3], [0.0; 2], PI),
         };
         let mut all = numerator.iter().chain(&divisor).chain(&tangential);
-        // The comparison is false for NaN.
-        if let Some(&wrong) = all.find(|k| !(k.abs() <= MAX_COEFFICIENT)) {
+        if let Some(&wrong) = all.find(|k| k.is_nan() || k.abs() > MAX_COEFFICIENT) {
             return Err(CameraError::Distortion(wrong));
         }
         let mut inverse = Self {
@@ -105,7 +107,12 @@ impl Inverse {
             end: most,
         };
         let last = [inverse.derivative(), inverse.denominator()].map(|of| first_root(&of, most * most));
-        inverse.end = last[0].min(last[1]).sqrt();
+        let last = last[0].min(last[1]);
+        inverse.end = last.sqrt();
+        // There may be a pole.
+        while inverse.end * inverse.end > last {
+            inverse.end = inverse.end.next_down();
+        }
         Ok(inverse)
     }
 
@@ -159,29 +166,41 @@ impl Inverse {
 
     /// The directions that distorted points see: right, down and forward, unit vectors; 0 for points that see nothing. Each
     /// depends only on its point.
-    pub fn directions<const N: usize>(&self, points: &[[f64; 2]; N]) -> [DVec3; N] {
-        let found = self.undistorted(points);
-        let mut directions = [DVec3::ZERO; N];
-        for i in 0..N {
-            if self.is_right(points[i], found[i]) {
-                directions[i] = self.direction(found[i]);
+    #[inline(always)]
+    pub fn directions<const N: usize>(&self, points: &[[f64; N]; 2]) -> [DVec3; N] {
+        let [x, y] = self.undistorted(points);
+        std::array::from_fn(|i| {
+            let found = [x[i], y[i]];
+            if self.is_right([points[0][i], points[1][i]], found) {
+                self.direction(found)
+            } else {
+                DVec3::ZERO
             }
-        }
-        directions
+        })
     }
 
-    /// The points whose distorted ones these are; anything for those without one.
+    /// The points whose distorted ones these are; anything for those without one. Loops have no branches, so that they
+    /// vectorise.
     #[inline(always)]
-    fn undistorted<const N: usize>(&self, points: &[[f64; 2]; N]) -> [[f64; 2]; N] {
-        let distorted = points.map(|[x, y]| (x * x + y * y).sqrt());
+    fn undistorted<const N: usize>(&self, points: &[[f64; N]; 2]) -> [[f64; N]; 2] {
         let is_radial = self.tangential == [0.0; 2];
+        let mut distorted = [0.0; N];
+        for i in 0..N {
+            let (x, y) = (points[0][i], points[1][i]);
+            distorted[i] = (x * x + y * y).sqrt();
+        }
         // At the end itself the matrix has no inverse.
-        let most = if is_radial { self.end } else { 0.95 * self.end };
-        let radii = self.radii(&distorted).map(|radius| radius.min(most));
+        let (most, last_step) = if is_radial {
+            (self.end, Self::LAST_STEP)
+        } else {
+            (0.95 * self.end, Self::FIRST_STEP)
+        };
+        let radii = self.radii(&distorted, last_step);
         let mut found = *points;
         for i in 0..N {
-            let scale = radii[i] / distorted[i].max(f64::MIN_POSITIVE);
-            found[i] = [points[i][0] * scale, points[i][1] * scale];
+            let scale = radii[i].min(most) / distorted[i].max(f64::MIN_POSITIVE);
+            found[0][i] *= scale;
+            found[1][i] *= scale;
         }
         if !is_radial {
             self.refine(points, &mut found);
@@ -191,30 +210,28 @@ impl Inverse {
 
     /// The radii whose distorted ones these are, without the tangential part: Newton's method between bounds.
     #[inline(always)]
-    fn radii<const N: usize>(&self, distorted: &[f64; N]) -> [f64; N] {
+    fn radii<const N: usize>(&self, distorted: &[f64; N], last_step: f64) -> [f64; N] {
         let (mut lower, mut upper) = ([0.0; N], [self.end; N]);
         let mut radii = distorted.map(|radius| radius.min(0.5 * self.end));
-        let mut is_done = [false; N];
+        // 1 until the radius is exact, then 0.
+        let mut open = [1.0; N];
         for _ in 0..Self::STEPS {
             for i in 0..N {
                 let r = radii[i];
                 let s = r * r;
                 let Quotient { value, slope } = self.quotient(s);
                 let excess = r * value - distorted[i];
-                let is_below = excess < 0.0;
-                lower[i] = if is_below { r } else { lower[i] };
-                upper[i] = if is_below { upper[i] } else { r };
+                lower[i] = if excess < 0.0 { r } else { lower[i] };
+                upper[i] = if excess < 0.0 { upper[i] } else { r };
                 let newton = r - excess / (value + 2.0 * s * slope);
-                let is_between = (newton >= lower[i]) & (newton <= upper[i]);
-                let next = if is_between {
-                    newton
-                } else {
-                    0.5 * (lower[i] + upper[i])
-                };
-                radii[i] = if is_done[i] { r } else { next };
-                is_done[i] |= (next - r).abs() <= Self::LAST_STEP * next;
+                let middle = 0.5 * (lower[i] + upper[i]);
+                let next = if newton >= lower[i] { newton } else { middle };
+                let next = if newton <= upper[i] { next } else { middle };
+                radii[i] = if open[i] > 0.0 { next } else { r };
+                let is_large = (next - r).abs() > last_step * next;
+                open[i] = if is_large { open[i] } else { 0.0 };
             }
-            if is_done.iter().all(|&is_done| is_done) {
+            if open == [0.0; N] {
                 break;
             }
         }
@@ -223,21 +240,22 @@ impl Inverse {
 
     /// Adds the tangential part, by Newton's method in two dimensions.
     #[inline(always)]
-    fn refine<const N: usize>(&self, points: &[[f64; 2]; N], found: &mut [[f64; 2]; N]) {
-        let mut is_done = [false; N];
+    fn refine<const N: usize>(&self, points: &[[f64; N]; 2], [x, y]: &mut [[f64; N]; 2]) {
+        let mut open = [1.0; N];
         for _ in 0..Self::STEPS {
             for i in 0..N {
-                let [x, y] = found[i];
-                let Distorted { point, a, b, c } = self.distort(found[i]);
-                let (u, v) = (points[i][0] - point[0], points[i][1] - point[1]);
-                let determinant = a * c - b * b;
-                let step = [(c * u - b * v) / determinant, (a * v - b * u) / determinant];
-                let next = [x + step[0], y + step[1]];
-                found[i] = if is_done[i] { [x, y] } else { next };
-                let size = next[0].abs() + next[1].abs();
-                is_done[i] |= step[0].abs() + step[1].abs() <= Self::LAST_STEP * size;
+                let Distorted { point, a, b, c } = self.distort([x[i], y[i]]);
+                let (u, v) = (points[0][i] - point[0], points[1][i] - point[1]);
+                let scale = 1.0 / (a * c - b * b);
+                let step = [(c * u - b * v) * scale, (a * v - b * u) * scale];
+                let next = [x[i] + step[0], y[i] + step[1]];
+                x[i] = if open[i] > 0.0 { next[0] } else { x[i] };
+                y[i] = if open[i] > 0.0 { next[1] } else { y[i] };
+                let is_large =
+                    step[0].abs() + step[1].abs() > Self::LAST_STEP * (next[0].abs() + next[1].abs());
+                open[i] = if is_large { open[i] } else { 0.0 };
             }
-            if is_done.iter().all(|&is_done| is_done) {
+            if open == [0.0; N] {
                 break;
             }
         }
@@ -256,8 +274,8 @@ impl Inverse {
         let difference = (again[0] - point[0]).abs().max((again[1] - point[1]).abs());
         let size = point[0].abs().max(point[1].abs()).max(1.0);
         // Positive definite: all comparisons are false for NaN.
-        let is_monotonic = (a + c > 0.0) & (a * c - b * b > 0.0);
-        (difference <= Self::TOLERANCE * size) & is_monotonic & (x * x + y * y <= self.end * self.end)
+        let is_monotonic = a + c > 0.0 && a * c - b * b > 0.0;
+        difference <= Self::TOLERANCE * size && is_monotonic && x * x + y * y <= self.end * self.end
     }
 
     /// The direction of a point that is not distorted.

@@ -355,13 +355,10 @@ impl PixelRays {
     ) -> [Vec3; N] {
         let (step, stretch) = (f64::from(self.step), f64::from(self.stretch));
         let [shift_right, shift_up] = self.shift.map(f64::from);
-        let mut points = [[0.0; 2]; N];
-        for i in 0..N {
-            points[i] = [
-                shift_right + f64::from(right[i]) * step * stretch,
-                -(shift_up + f64::from(up[i]) * step),
-            ];
-        }
+        let points = [
+            right.map(|right| shift_right + f64::from(right) * step * stretch),
+            up.map(|up| -(shift_up + f64::from(up) * step)),
+        ];
         let axes = [undistortion.right, -self.up, undistortion.forward].map(Vec3::as_dvec3);
         undistortion.inverse.directions(&points).map(|DVec3 { x, y, z }| {
             let direction = axes[0] * x + axes[1] * y + axes[2] * z;
