@@ -17,7 +17,7 @@ use std::f64::consts::PI;
 /// The distortion of a lens: right and down are positive, as in a picture. Coefficients that are 0 have no effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Distortion {
-    /// Of a lens that shows straight lines as lines that are nearly straight. `s` is the squared slope of a direction.
+    /// A lens that keeps straight lines nearly straight. `s` is the squared slope of a direction.
     Perspective {
         /// Factors of `s`, `s²`, `s³` and `s⁴` in the numerator: `k1`, `k2` and `k3` of OpenCV, and Nerfstudio's `k4`.
         radial: [f64; 4],
@@ -26,8 +26,8 @@ pub enum Distortion {
         /// `p1` and `p2`, of a lens that is not parallel to the sensor.
         tangential: [f64; 2],
     },
-    /// Of a fisheye lens: without coefficients, the distance from the principal point is in proportion to the angle to the
-    /// optical axis. `s` is the square of this angle, in radians, which reaches up to 180 degrees.
+    /// A fisheye lens. Without coefficients, the distance from the principal point is proportional to the angle to the optical
+    /// axis, which may be up to 180 degrees. `s` is the square of this angle, in radians.
     Fisheye {
         /// Factors of `s`, `s²`, `s³` and `s⁴`: `k1` to `k4`.
         radial: [f64; 4],
@@ -47,7 +47,7 @@ const TERMS: usize = 8;
 /// A distortion that can be inverted.
 ///
 /// A point is found only where the distortion is still monotonic, as seen from the optical axis: beyond, a picture would show
-/// directions a second time, which no lens does.
+/// directions a second time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Inverse {
     pub distortion: Distortion,
@@ -306,8 +306,8 @@ fn first_root(polynomial: &Polynomial, end: f64) -> f64 {
     roots[..count].first().copied().unwrap_or(end)
 }
 
-/// The numbers between 0 and `end` before which a polynomial of so many terms changes its sign, in ascending order, and their
-/// count. Between two roots of its derivative there is at most one.
+/// The numbers between 0 and `end` before which a polynomial changes its sign, in ascending order, and their count. Terms
+/// from `terms` on are 0. Between two roots of its derivative there is at most one.
 fn roots(polynomial: &Polynomial, end: f64, terms: usize) -> (Polynomial, usize) {
     let (mut found, mut count) = ([0.0; TERMS], 0);
     if terms < 2 {
