@@ -185,6 +185,22 @@ fn colmap_pixels() -> [Projected; 8] {
     ]
 }
 
+#[test]
+fn a_pinhole_sees_straight() {
+    let camera = camera([500.0, 400.0, 310.0, 250.0], radial(0.1, 0.0));
+    let camera = camera.with_distortion(None).unwrap();
+    let seen = camera.sight([410.0, 150.0], SIZE).unwrap();
+    assert!(
+        seen.distance(DVec3::new(0.2, -0.25, 1.0).normalize()) < 1e-12,
+        "{seen}"
+    );
+    let view = View {
+        projection: Projection::Orthographic { height: 2.0 },
+        ..camera.view()
+    };
+    assert_eq!(Camera::new(&view).unwrap().sight([410.0, 150.0], SIZE), None);
+}
+
 /// Every pixel of pictures with lenses as they are sold, and the share of pixels that see something.
 #[test]
 fn what_is_seen_is_projected_back() {
