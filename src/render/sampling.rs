@@ -8,7 +8,7 @@
 use super::Settings;
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
-    ray::Ray,
+    ray::{Ray, RayPacket},
     reference,
     scene::{Camera, PixelRays, RayCone, Scene},
     shade,
@@ -153,6 +153,12 @@ impl CameraRays {
     pub fn directions_of<S: Simd>(&self, simd: S, pixels: &[[u32; 2]; LANES], sample: [u32; 2]) -> Vec3x8 {
         let offset = self.offsets_of(pixels, sample);
         self.pixel_rays.directions_of(simd, pixels, &offset)
+    }
+
+    /// See [`PixelRays::packet`].
+    #[inline(always)]
+    pub fn packet(&self, direction: Vec3x8, t_max: F32x8) -> RayPacket {
+        self.pixel_rays.packet(direction, t_max)
     }
 
     /// Returns the origins and directions of the samples of [`Self::directions_of`].

@@ -290,7 +290,7 @@ fn push_rays<S: Simd>(
             let pixel = [left + x, top + y];
             if rays.share_origin() {
                 let direction = context.camera_rays.directions8(simd, pixel, sample);
-                rays.push(RayPacket { direction, t_max });
+                rays.push(context.camera_rays.packet(direction, t_max));
             } else {
                 let (origin, direction) = context.camera_rays.rays8(simd, pixel, sample);
                 rays.push_apart(origin, RayPacket { direction, t_max });

@@ -1,7 +1,9 @@
 //! Cameras, and the order in which their pixels are traced.
 
 use super::{
-    CameraError, ImagePlane, Intrinsics, Lens, PixelRays, Projection, Scene, View, pixel_rays::ThinLens,
+    CameraError, Distortion, ImagePlane, Intrinsics, Lens, PixelRays, Projection, Scene, View,
+    distortion::Inverse,
+    pixel_rays::{ThinLens, Undistortion},
 };
 use glam::{DVec3, Vec3};
 
@@ -28,6 +30,7 @@ pub struct Camera {
     /// Distance in focus.
     focus: f64,
     plane: ImagePlane,
+    distortion: Option<Inverse>,
 }
 
 impl Camera {
@@ -71,6 +74,7 @@ impl Camera {
             half_height,
             focus,
             plane: ImagePlane::CENTERED,
+            distortion: None,
         })
     }
 
@@ -88,6 +92,43 @@ impl Camera {
     #[must_use]
     pub fn image_plane(&self) -> ImagePlane {
         self.plane
+    }
+
+    /// Returns the camera with a distortion, or without one. Pixels that see nothing, because the distortion has no inverse
+    /// there, show the background as it is along the view.
+    ///
+    /// # Errors
+    /// [`CameraError::Distortion`] if a coefficient is out of range; [`CameraError::DistortedProjection`] if the camera is
+    /// orthographic or has an aperture.
+    pub fn with_distortion(self, distortion: Option<Distortion>) -> Result<Self, CameraError> {
+        let is_perspective = matches!(self.view.projection, Projection::Perspective { .. });
+        if distortion.is_some() && (!is_perspective || self.has_lens()) {
+            return Err(CameraError::DistortedProjection);
+        }
+        let distortion = distortion.map(Inverse::new).transpose()?;
+        Ok(Self { distortion, ..self })
+    }
+
+    /// Returns the distortion, if there is one.
+    #[must_use]
+    pub fn distortion(&self) -> Option<Distortion> {
+        self.distortion.map(|inverse| inverse.distortion)
+    }
+
+    /// Returns the unit direction in which the camera sees a point of a picture of `width` x `height` pixels, in the
+    /// camera's space: right, down and forward. [`PixelRays`] have it in world space, in `f32`. `None` for an orthographic
+    /// camera, and where the distortion has no inverse.
+    #[must_use]
+    pub fn sight(&self, point: [f64; 2], [width, height]: [u32; 2]) -> Option<DVec3> {
+        let Intrinsics {
+            focal,
+            principal_point,
+        } = self.intrinsics(width, height)?;
+        let [x, y] = [0, 1].map(|axis| (point[axis] - principal_point[axis]) / focal[axis]);
+        match &self.distortion {
+            None => DVec3::new(x, y, 1.0).try_normalize(),
+            Some(inverse) => inverse.directions(&[[x], [y]])[0].try_normalize(),
+        }
     }
 
     /// Returns the focal lengths and the principal point in a picture of `width` x `height` pixels; `None` for an orthographic
@@ -171,6 +212,11 @@ impl Camera {
             step,
             shift: shift.map(|shift| shift as f32),
             stretch,
+            undistortion: self.distortion.map(|inverse| Undistortion {
+                inverse,
+                forward: self.forward.as_vec3(),
+                right: self.right.as_vec3(),
+            }),
             is_parallel,
             lens: self.has_lens().then(|| {
                 let radius = (0.5 * self.view.lens.aperture) as f32;

@@ -4,6 +4,7 @@ mod background;
 mod builder;
 mod camera;
 mod checker;
+mod distortion;
 mod environment;
 mod faults;
 mod fit;
@@ -34,6 +35,7 @@ pub use builder::{BVH_BYTES, MAX_LIGHTS, SceneBuilder, SphereCloud, TriangleMesh
 pub(crate) use builder::{MAX_MATERIALS, MAX_TEXTURES, check_memory};
 pub use camera::{Camera, MAX_SIDE_SAMPLES, NamedCamera, for_each_packet};
 pub use checker::Checker;
+pub use distortion::Distortion;
 pub use environment::{Environment, EnvironmentPicture, MAX_ENVIRONMENT_SIDE};
 pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};

@@ -10,12 +10,13 @@
 //! With slopes relative to the view direction, a ray from the point `a` of the lens has the slope of the ray through its
 //! centre minus `a / focus`.
 
+use super::distortion::Inverse;
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
-    ray::Ray,
-    simd::{Level, Portable, Simd, at_level},
+    ray::{Ray, RayPacket},
+    simd::{EightLanes, Level, Portable, Simd, at_level},
 };
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// The width of a camera ray's sample along its path, scene units: a cone from a pinhole, or a cylinder.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -54,6 +55,19 @@ pub(super) struct ThinLens {
     pub slope: [f32; 2],
 }
 
+/// The distortion of a lens, and what it takes from the camera.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Undistortion {
+    pub inverse: Inverse,
+    /// The unit view direction.
+    pub forward: Vec3,
+    /// Unit vector.
+    pub right: Vec3,
+}
+
+/// The end of a ray that hits nothing, but takes the background.
+const BLIND: f32 = f32::MIN_POSITIVE;
+
 /// Factors of points of the picture, in half samples, and of the lens, in radii.
 struct Steps {
     /// Slope of the ray per unit of picture position.
@@ -84,6 +98,8 @@ pub struct PixelRays {
     pub(super) is_parallel: bool,
     /// `None` for a pinhole.
     pub(super) lens: Option<ThinLens>,
+    /// `None` without distortion; never with a lens or parallel rays.
+    pub(super) undistortion: Option<Undistortion>,
     pub(super) samples_per_axis: i32,
     pub(super) width_samples: i32,
     pub(super) height_samples: i32,
@@ -136,7 +152,7 @@ impl PixelRays {
     }
 
     /// Returns the ray through sample `sample` (column, row) of pixel (`x`, `y`); row 0 is the top. It passes through the
-    /// centre of the lens.
+    /// centre of the lens. Where a distortion has no inverse, it has the view direction and ends before it hits anything.
     #[must_use]
     pub fn ray(&self, x: u32, y: u32, sample: [u32; 2]) -> Ray {
         self.ray_at(Portable, [x, y], sample, [0.0; 2], [0.0; 2])
@@ -156,7 +172,14 @@ impl PixelRays {
         let (center_right, center_up) = self.offsets(x, y, sample);
         let (right, up) = (center_right + right, center_up + up);
         if let Some(origin) = self.shared_origin() {
-            return Ray::new(origin, self.toward(simd, (right, up)));
+            let direction = self.toward(simd, (right, up));
+            return match &self.undistortion {
+                Some(undistortion) if direction == Vec3::ZERO => Ray {
+                    t_max: BLIND,
+                    ..Ray::new(origin, undistortion.forward)
+                },
+                _ => Ray::new(origin, direction),
+            };
         }
         let Steps {
             slope,
@@ -187,14 +210,14 @@ impl PixelRays {
         Steps { slope, place, lens }
     }
 
-    /// Returns the unit direction of [`Self::ray`] from a pinhole.
+    /// Returns the unit direction of [`Self::ray`] from a pinhole; 0 where a distortion has no inverse.
     #[must_use]
     pub fn direction(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3 {
         self.toward(Portable, self.offsets(x, y, sample))
     }
 
     /// Returns the unit direction from a pinhole through the point that is `right` and `up` half pixels from the pixel's
-    /// centre. Only for one sample per pixel.
+    /// centre, or 0 as [`Self::direction`]. Only for one sample per pixel.
     #[must_use]
     pub fn direction_offset(&self, x: u32, y: u32, [right, up]: [f32; 2]) -> Vec3 {
         let (center_right, center_up) = self.offsets(x, y, [0, 0]);
@@ -204,6 +227,10 @@ impl PixelRays {
     /// Returns the unit direction from a pinhole through the point with these offsets, like [`Self::toward8`].
     #[inline(always)]
     fn toward<S: Simd>(&self, simd: S, (right, up): (f32, f32)) -> Vec3 {
+        if let Some(undistortion) = &self.undistortion {
+            let [direction] = self.curved(undistortion, &[right], &[up]);
+            return direction;
+        }
         let along_right = simd.mul_add3(self.right, right * self.step, self.forward);
         simd.normalize(simd.mul_add3(self.up, up * self.step, along_right))
     }
@@ -306,12 +333,59 @@ impl PixelRays {
     /// [`Self::toward`] for eight points.
     #[inline(always)]
     fn toward8<S: Simd>(&self, simd: S, [right, up]: [S::V8; 2]) -> Vec3x8 {
+        if let Some(undistortion) = &self.undistortion {
+            return self.curved8(undistortion, &right.to8(), &up.to8());
+        }
         let forward = simd.splat3(self.forward);
         let along_right = simd.splat3(self.right).mul_add(right * self.step, forward);
         simd.splat3(self.up)
             .mul_add(up * self.step, along_right)
             .normalize()
             .to8()
+    }
+
+    /// [`Self::toward`] for points of a distorted picture, each by the same operations. Numbers are those of a pinhole,
+    /// rounded to `f32`: so a camera that is saved and read again has the same rays.
+    #[inline(always)]
+    fn curved<const N: usize>(
+        &self,
+        undistortion: &Undistortion,
+        right: &[f32; N],
+        up: &[f32; N],
+    ) -> [Vec3; N] {
+        let (step, stretch) = (f64::from(self.step), f64::from(self.stretch));
+        let [shift_right, shift_up] = self.shift.map(f64::from);
+        let points = [
+            right.map(|right| shift_right + f64::from(right) * step * stretch),
+            up.map(|up| -(shift_up + f64::from(up) * step)),
+        ];
+        let axes = [undistortion.right, -self.up, undistortion.forward].map(Vec3::as_dvec3);
+        undistortion.inverse.directions(&points).map(|DVec3 { x, y, z }| {
+            let direction = axes[0] * x + axes[1] * y + axes[2] * z;
+            let length = direction.length();
+            if length > 0.0 {
+                (direction / length).as_vec3()
+            } else {
+                Vec3::ZERO
+            }
+        })
+    }
+
+    /// A separate function, so that cameras without distortion keep their code.
+    #[inline(never)]
+    fn curved8(&self, undistortion: &Undistortion, right: &F32x8, up: &F32x8) -> Vec3x8 {
+        Vec3x8::from_lanes(self.curved(undistortion, right.as_array(), up.as_array()))
+    }
+
+    /// Returns the packet of these directions of a pinhole camera. Rays without one, 0, get the view direction and end before
+    /// they hit anything.
+    #[inline(always)]
+    pub(crate) fn packet(&self, direction: Vec3x8, t_max: F32x8) -> RayPacket {
+        let packet = RayPacket { direction, t_max };
+        match &self.undistortion {
+            None => packet,
+            Some(undistortion) => undistortion.aimed(packet),
+        }
     }
 
     /// [`Self::ray_at`] for eight points of the picture and of the lens; for separate origins.
@@ -333,9 +407,12 @@ impl PixelRays {
     /// Returns four unit vectors whose convex cone contains all rays through `width` x `height` pixels.
     ///
     /// They lie two pixels outside, because filters reach beyond a pixel, plus a margin for rounding. NaN where the rays
-    /// are so oblique that rounding might exceed the margin. Only for a shared origin.
+    /// are so oblique that rounding might exceed the margin, and with a distortion. Only for a shared origin.
     #[must_use]
     pub fn corners(&self, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> [Vec3; 4] {
+        if self.undistortion.is_some() {
+            return [Vec3::NAN; 4];
+        }
         let pixel = (2 * self.samples_per_axis) as f32 * self.step;
         let [shift_right, shift_up] = self.shift;
         // Rounding is relative to the vector to the picture's centre, too.
@@ -357,6 +434,31 @@ impl PixelRays {
             let along_right = Portable.mul_add3(self.right, right + rightwards * margin_right, self.forward);
             Portable.normalize(Portable.mul_add3(self.up, up + upwards * margin, along_right))
         })
+    }
+}
+
+impl Undistortion {
+    #[inline(never)]
+    fn aimed(&self, mut packet: RayPacket) -> RayPacket {
+        let directions: [Vec3; LANES] = std::array::from_fn(|lane| packet.direction.lane(lane));
+        for (t_max, _) in packet
+            .t_max
+            .as_mut_array()
+            .iter_mut()
+            .zip(&directions)
+            .filter(|(_, direction)| **direction == Vec3::ZERO)
+        {
+            *t_max = t_max.min(BLIND);
+        }
+        let aimed = |direction| {
+            if direction == Vec3::ZERO {
+                self.forward
+            } else {
+                direction
+            }
+        };
+        packet.direction = Vec3x8::from_lanes(directions.map(aimed));
+        packet
     }
 }
 

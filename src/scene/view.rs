@@ -25,6 +25,10 @@ pub enum CameraError {
     PrincipalOffset([f64; 2]),
     /// The aspect of a pixel is not a number from 0.001 to 1000.
     PixelAspect(f64),
+    /// A coefficient of the distortion is NaN, or larger than 1e12.
+    Distortion(f64),
+    /// A distortion for an orthographic camera, or for one with an aperture.
+    DistortedProjection,
 }
 
 impl fmt::Display for CameraError {
@@ -65,6 +69,13 @@ impl fmt::Display for CameraError {
                 f,
                 "the pixels are {aspect} times as wide as high, expected a number from 0.001 to 1000"
             ),
+            Self::Distortion(coefficient) => write!(
+                f,
+                "the distortion has the coefficient {coefficient}, expected a number of at most 1e12"
+            ),
+            Self::DistortedProjection => {
+                write!(f, "a distortion needs a perspective camera without an aperture")
+            }
         }
     }
 }

@@ -89,7 +89,7 @@ fn push_packets<S: Simd>(
         let (pixel, t_max) = ([x as u32, y], t_max.into());
         if rays.shared_origin().is_some() {
             let direction = rays.directions8(simd, pixel, sample);
-            packets.push(RayPacket { direction, t_max });
+            packets.push(rays.packet(direction, t_max));
         } else {
             let (origin, direction) = rays.rays8(simd, pixel, sample);
             packets.push_from(origin, RayPacket { direction, t_max });

@@ -89,10 +89,14 @@ material matte
 triangle -5 -5 0  5 -5 0  0 5 0
 ";
 
+/// A fisheye lens whose circle is in the picture.
+const FISHEYE: &str = r#"{"camera_model":"OPENCV_FISHEYE","fl_x":11,"fl_y":10,"w":61,"h":43,"cx":28,"cy":22,"k1":0.03,"k2":-0.02,
+"frames":[{"transform_matrix":[[0.7071,-0.1775,0.6845,3],[0.7071,0.1775,-0.6845,-3],[0,0.968,0.251,1.5]]}]}"#;
+
 const ALL: &str = "--aov depth,normal,albedo,id,heat,mask,z,instance";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 44] = [
+const CASES: [(&str, &str, &str); 45] = [
     ("instances.scn", "exr", ALL),
     (
         "instances.scn",
@@ -217,6 +221,11 @@ const CASES: [(&str, &str, &str); 44] = [
         "--ortho 4 --samples 4 --mode scalar --aov depth",
     ),
     ("b.scn", "png", "--aperture 0.4 --focus 3 --samples 4 --aov depth"),
+    (
+        "b.scn",
+        "png",
+        "--poses fisheye.json --samples auto:9 --filter tent --aov z,mask,normal",
+    ),
     ("glass.scn", "exr", "--aperture 0.2 --samples auto:9"),
     ("plane.scn", "exr", ALL),
     ("moving.scn", "exr", "--frames 2-2 --samples 4 --aov depth,heat"),
@@ -295,6 +304,7 @@ fn render(input: &str, format: &str, options: &str, crop: &str) -> BTreeMap<Stri
     folder.write("plane.scn", PLANE);
     folder.write("instances.scn", INSTANCES);
     folder.write("moving.scn", MOVING);
+    folder.write("fisheye.json", FISHEYE);
     folder.write("placed.txt", "0 0 0.5\n0 -1 0 0.7  1 0 0 -0.6  0 0.2 1 0.3\n");
     folder.write("colors.obj", COLORS);
     folder.write("points.obj", &points());
@@ -359,7 +369,7 @@ fn crops_equal_the_picture_with_every_option() {
 /// Each option is in [`CASES`] or, if it changes no pixels, in this list.
 #[test]
 fn every_option_that_changes_pixels_has_a_case() {
-    const NO_PIXELS: [&str; 22] = [
+    const NO_PIXELS: [&str; 21] = [
         "--output",
         "--force",
         "--size",
@@ -371,7 +381,6 @@ fn every_option_that_changes_pixels_has_a_case() {
         "--fps",
         "--sheet",
         "--keep-going",
-        "--poses",
         "--save-poses",
         "--compare",
         "--tolerance",

@@ -21,6 +21,7 @@ mod cli_output;
 mod cli_together;
 mod cli_verify;
 mod crops;
+mod distortion;
 mod environments;
 mod faults;
 mod inputs_kept;

@@ -16,7 +16,7 @@ use crate::{
     scene::{Camera, Projection, View},
 };
 use glam::DVec3;
-use lens::Lens;
+use lens::{Lens, Model};
 use serde::Deserialize;
 use std::{
     io::Read,
@@ -34,7 +34,6 @@ const MAX_POSES: usize = super::render::MOST_PICTURES as usize;
 pub struct PoseFile {
     path: PathBuf,
     frames: Vec<Frame>,
-    is_curved: bool,
 }
 
 /// The poses of a file, for pictures of one size.
@@ -90,7 +89,6 @@ impl PoseFile {
         }
         Ok(Self {
             path,
-            is_curved: common.is_curved() || frames.iter().any(|frame| frame.lens.is_curved()),
             frames: frames
                 .into_iter()
                 .map(|frame| Frame {
@@ -148,12 +146,13 @@ impl PoseFile {
             Some((w / h * f64::from(height) - f64::from(width)).abs() >= 1.0)
         };
         let mut lenses = self.frames.iter().map(|frame| &frame.lens);
+        let is_unknown = lenses.clone().any(|lens| lens.model() == Model::Unknown);
         let is_unplaced = lenses.clone().any(Lens::is_unplaced);
         let other = lenses.find(|lens| is_other_shape(lens) == Some(true));
         let mut notes = Vec::new();
-        if self.is_curved {
+        if is_unknown {
             notes.push(format!(
-                "{path}: left out: lens distortion (the cameras are rendered as pinholes)"
+                "{path}: left out: lens distortion of a model that octray does not know (its cameras are rendered as pinholes)"
             ));
         }
         if is_unplaced {
@@ -220,6 +219,10 @@ impl Frame {
             lens: crate::scene::Lens::PINHOLE,
         })
         .and_then(|camera| camera.with_image_plane(self.lens.image_plane()))
+        .and_then(|camera| match self.lens.model() {
+            Model::Distorted(distortion) => camera.with_distortion(Some(distortion)),
+            Model::Pinhole | Model::Unknown => Ok(camera),
+        })
         .map_err(|error| error.to_string())
     }
 }

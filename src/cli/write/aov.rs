@@ -129,6 +129,8 @@ pub struct Axis {
     middle: [f64; 2],
     /// Focal lengths, pixels; infinite if rays are parallel.
     focal: [f64; 2],
+    /// The camera and the picture's size, if there is a distortion.
+    distorted: Option<(Camera, [u32; 2])>,
 }
 
 impl Axis {
@@ -144,16 +146,24 @@ impl Axis {
             width: crop.map_or(settings.width, |crop| crop.width()),
             middle,
             focal,
+            distorted: camera
+                .distortion()
+                .map(|_| (*camera, [settings.width, settings.height])),
         }
     }
 
     /// The depth along the view of the pixel with that index.
     fn z(&self, index: usize, pixel: &Aov) -> f64 {
         let (x, y) = (index as u32 % self.width, index as u32 / self.width);
-        let [x, y] = [(x, 0), (y, 1)].map(|(at, axis)| {
-            (f64::from(self.first[axis] + at) + 0.5 - self.middle[axis]) / self.focal[axis]
-        });
-        f64::from(pixel.depth) / (1.0 + x * x + y * y).sqrt()
+        let point = [(x, 0), (y, 1)].map(|(at, axis)| f64::from(self.first[axis] + at) + 0.5);
+        let depth = f64::from(pixel.depth);
+        if let Some((camera, size)) = self.distorted.filter(|_| depth.is_finite()) {
+            return camera
+                .sight(point, size)
+                .map_or(f64::INFINITY, |sight| depth * sight.z);
+        }
+        let [x, y] = [0, 1].map(|axis| (point[axis] - self.middle[axis]) / self.focal[axis]);
+        depth / (1.0 + x * x + y * y).sqrt()
     }
 }
 

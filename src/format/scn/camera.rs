@@ -32,7 +32,9 @@ impl<'a> Places<'a> {
             CameraError::FieldOfView(_)
             | CameraError::ViewHeight(_)
             | CameraError::PrincipalOffset(_)
-            | CameraError::PixelAspect(_) => self.projection,
+            | CameraError::PixelAspect(_)
+            | CameraError::Distortion(_)
+            | CameraError::DistortedProjection => self.projection,
             CameraError::UpParallel => self.up.or(self.target),
             CameraError::EyeOnTarget | CameraError::NotFinite => self.target,
             CameraError::Aperture(_) => self.aperture,

@@ -190,7 +190,7 @@ fn push_rays<S: Simd>(
         for sample in samples.clone() {
             if rays.share_origin() {
                 let direction = context.camera_rays.directions_of(simd, &pixels, [sample, 0]);
-                rays.push(RayPacket { direction, t_max });
+                rays.push(context.camera_rays.packet(direction, t_max));
             } else {
                 let (origin, direction) = context.camera_rays.rays_of(simd, &pixels, [sample, 0]);
                 rays.push_apart(origin, RayPacket { direction, t_max });

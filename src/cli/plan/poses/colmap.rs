@@ -3,7 +3,7 @@
 //!
 //! A rotation and a translation map the scene to the space of a camera that looks along z, with y down.
 
-use super::{Frame, Lens, MAX_POSES};
+use super::{Frame, Lens, MAX_POSES, lens::Model};
 use crate::{
     error::{LoadError, SourcePos, clip_path, io_reason},
     format::open_file,
@@ -157,14 +157,8 @@ fn lens(model: usize, size: [f64; 2], numbers: &[f64]) -> Lens {
     let (name, _, is_simple) = MODELS[model];
     let (fl_x, fl_y) = (numbers[0], numbers[usize::from(!is_simple)]);
     let rest = &numbers[if is_simple { 1 } else { 2 }..];
-    // The last parameter of EUCM has no effect if the one before it is 0.
-    let end = if name == "EUCM" {
-        rest.len() - 1
-    } else {
-        rest.len()
-    };
-    let is_curved = name.contains("FISHEYE") || name == "FOV" || rest[2..end].iter().any(|&k| k != 0.0);
-    Lens::of_pixels([fl_x, fl_y], [rest[0], rest[1]], size, is_curved)
+    let model = Model::of_colmap(name, &rest[2..]);
+    Lens::of_pixels([fl_x, fl_y], [rest[0], rest[1]], size, model)
 }
 
 fn open(path: &Path) -> Result<BufReader<File>, LoadError> {

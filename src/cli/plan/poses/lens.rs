@@ -1,11 +1,84 @@
 //! The intrinsics of a file's cameras, and what they say about the picture.
 
-use crate::scene::ImagePlane;
+use crate::scene::{Distortion, ImagePlane};
 use serde::Deserialize;
 use serde_json::Value;
 
 /// Models of cameras that are pinholes if no coefficient says otherwise.
-const PINHOLES: [&str; 4] = ["OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "PERSPECTIVE"];
+const PERSPECTIVES: [&str; 7] = [
+    "OPENCV",
+    "PINHOLE",
+    "SIMPLE_PINHOLE",
+    "PERSPECTIVE",
+    "SIMPLE_RADIAL",
+    "RADIAL",
+    FULL,
+];
+
+/// The model whose `k4` to `k6` are factors in the denominator.
+const FULL: &str = "FULL_OPENCV";
+
+/// Models of fisheye lenses.
+const FISHEYES: [&str; 5] = [
+    "OPENCV_FISHEYE",
+    "SIMPLE_RADIAL_FISHEYE",
+    "RADIAL_FISHEYE",
+    "SIMPLE_FISHEYE",
+    "FISHEYE",
+];
+
+/// How a lens projects.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Model {
+    Pinhole,
+    Distorted(Distortion),
+    /// In a way that is not rendered.
+    Unknown,
+}
+
+impl Model {
+    /// A perspective one; `k4` to `k6` are factors in the denominator if it is `full`.
+    fn perspective([k1, k2, k3, k4, k5, k6]: [f64; 6], tangential: [f64; 2], full: bool) -> Self {
+        let (radial, divisor) = if full {
+            ([k1, k2, k3, 0.0], [k4, k5, k6])
+        } else if [k5, k6] == [0.0; 2] {
+            ([k1, k2, k3, k4], [0.0; 3])
+        } else {
+            return Self::Unknown;
+        };
+        if radial == [0.0; 4] && divisor == [0.0; 3] && tangential == [0.0; 2] {
+            return Self::Pinhole;
+        }
+        Self::Distorted(Distortion::Perspective {
+            radial,
+            divisor,
+            tangential,
+        })
+    }
+
+    /// One of COLMAP's, with the parameters behind the principal point.
+    pub fn of_colmap(name: &str, parameters: &[f64]) -> Self {
+        let fisheye = |radial| Self::Distorted(Distortion::Fisheye { radial });
+        let radial = |k1, k2| [k1, k2, 0.0, 0.0, 0.0, 0.0];
+        match (name, parameters) {
+            ("SIMPLE_RADIAL", &[k1]) => Self::perspective(radial(k1, 0.0), [0.0; 2], false),
+            ("RADIAL", &[k1, k2]) => Self::perspective(radial(k1, k2), [0.0; 2], false),
+            ("OPENCV", &[k1, k2, p1, p2]) => Self::perspective(radial(k1, k2), [p1, p2], false),
+            (FULL, &[k1, k2, p1, p2, k3, k4, k5, k6]) => {
+                Self::perspective([k1, k2, k3, k4, k5, k6], [p1, p2], true)
+            }
+            ("SIMPLE_FISHEYE" | "FISHEYE", []) => fisheye([0.0; 4]),
+            ("SIMPLE_RADIAL_FISHEYE", &[k1]) => fisheye([k1, 0.0, 0.0, 0.0]),
+            ("RADIAL_FISHEYE", &[k1, k2]) => fisheye([k1, k2, 0.0, 0.0]),
+            ("OPENCV_FISHEYE", &[k1, k2, k3, k4]) => fisheye([k1, k2, k3, k4]),
+            // The last parameter has no effect if the one before it is 0.
+            ("EUCM", [alpha, _]) if *alpha == 0.0 => Self::Pinhole,
+            ("FOV", _) => Self::Unknown,
+            _ if name.contains("FISHEYE") || parameters.iter().any(|&k| k != 0.0) => Self::Unknown,
+            _ => Self::Pinhole,
+        }
+    }
+}
 
 /// The intrinsics of a camera: of the whole file, or of one frame.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -21,12 +94,14 @@ pub(super) struct Lens {
     cy: Option<f64>,
     w: Option<f64>,
     h: Option<f64>,
-    k1: f64,
-    k2: f64,
-    k3: f64,
-    k4: f64,
-    p1: f64,
-    p2: f64,
+    k1: Option<f64>,
+    k2: Option<f64>,
+    k3: Option<f64>,
+    k4: Option<f64>,
+    k5: Option<f64>,
+    k6: Option<f64>,
+    p1: Option<f64>,
+    p2: Option<f64>,
     camera_model: Option<Value>,
     distortion_params: Option<Value>,
     /// What Instant NGP calls its models.
@@ -34,11 +109,14 @@ pub(super) struct Lens {
     equirectangular: Option<Value>,
     latlong: Option<Value>,
     ftheta_p0: Option<Value>,
+    /// From a file of another format.
+    #[serde(skip)]
+    model: Option<Model>,
 }
 
 impl Lens {
     /// Focal lengths and principal point in a picture of that size.
-    pub fn of_pixels(focal: [f64; 2], middle: [f64; 2], size: [f64; 2], is_curved: bool) -> Self {
+    pub fn of_pixels(focal: [f64; 2], middle: [f64; 2], size: [f64; 2], model: Model) -> Self {
         Self {
             fl_x: Some(focal[0]),
             fl_y: Some(focal[1]),
@@ -46,13 +124,14 @@ impl Lens {
             cy: Some(middle[1]),
             w: Some(size[0]),
             h: Some(size[1]),
-            k1: f64::from(u8::from(is_curved)),
+            model: Some(model),
             ..Self::default()
         }
     }
 
-    /// Takes missing values of the picture from `other`.
+    /// Takes missing values from `other`.
     pub fn or(self, other: &Self) -> Self {
+        let value = |own: Option<Value>, other: &Option<Value>| own.or_else(|| other.clone());
         Self {
             camera_angle_x: self.camera_angle_x.or(other.camera_angle_x),
             camera_angle_y: self.camera_angle_y.or(other.camera_angle_y),
@@ -62,7 +141,21 @@ impl Lens {
             cy: self.cy.or(other.cy),
             w: self.w.or(other.w),
             h: self.h.or(other.h),
-            ..self
+            k1: self.k1.or(other.k1),
+            k2: self.k2.or(other.k2),
+            k3: self.k3.or(other.k3),
+            k4: self.k4.or(other.k4),
+            k5: self.k5.or(other.k5),
+            k6: self.k6.or(other.k6),
+            p1: self.p1.or(other.p1),
+            p2: self.p2.or(other.p2),
+            camera_model: value(self.camera_model, &other.camera_model),
+            distortion_params: value(self.distortion_params, &other.distortion_params),
+            is_fisheye: value(self.is_fisheye, &other.is_fisheye),
+            equirectangular: value(self.equirectangular, &other.equirectangular),
+            latlong: value(self.latlong, &other.latlong),
+            ftheta_p0: value(self.ftheta_p0, &other.ftheta_p0),
+            model: self.model.or(other.model),
         }
     }
 
@@ -124,20 +217,36 @@ impl Lens {
         Some([whole(self.w?)?, whole(self.h?)?])
     }
 
-    /// Whether the lens has distortion, or is not of a pinhole camera at all.
-    pub fn is_curved(&self) -> bool {
-        let coefficients = [self.k1, self.k2, self.k3, self.k4, self.p1, self.p2];
-        let model = self.camera_model.as_ref().and_then(Value::as_str);
+    /// How the lens projects.
+    pub fn model(&self) -> Model {
+        if let Some(model) = self.model {
+            return model;
+        }
+        let name = self.camera_model.as_ref().and_then(Value::as_str);
+        let is = |names: &[&str]| name.is_some_and(|name| names.contains(&name));
         let others = [
             &self.distortion_params,
-            &self.is_fisheye,
             &self.equirectangular,
             &self.latlong,
             &self.ftheta_p0,
         ];
-        coefficients.iter().any(|&k| k != 0.0)
-            || model.is_some_and(|model| !PINHOLES.contains(&model))
-            || others.into_iter().flatten().any(says_yes)
+        let is_other = name.is_some() && !is(&PERSPECTIVES) && !is(&FISHEYES);
+        if is_other || others.into_iter().flatten().any(says_yes) {
+            return Model::Unknown;
+        }
+        let [k1, k2, k3, k4, k5, k6, p1, p2] = [
+            self.k1, self.k2, self.k3, self.k4, self.k5, self.k6, self.p1, self.p2,
+        ]
+        .map(Option::unwrap_or_default);
+        if !is(&FISHEYES) && !self.is_fisheye.as_ref().is_some_and(says_yes) {
+            return Model::perspective([k1, k2, k3, k4, k5, k6], [p1, p2], is(&[FULL]));
+        }
+        // Programs differ in what else they read of a fisheye lens.
+        if [k5, k6, p1, p2] != [0.0; 4] {
+            return Model::Unknown;
+        }
+        let radial = [k1, k2, k3, k4];
+        Model::Distorted(Distortion::Fisheye { radial })
     }
 }
 

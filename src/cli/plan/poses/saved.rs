@@ -1,6 +1,9 @@
 //! `--save-poses`: a `transforms.json` of the rendered pictures.
 
-use crate::{cli::CliError, scene::Camera};
+use crate::{
+    cli::CliError,
+    scene::{Camera, Distortion},
+};
 use serde::Serialize;
 
 /// Poses to be written, of pictures of one size.
@@ -34,6 +37,31 @@ struct SavedLens {
     cy: f64,
     w: u32,
     h: u32,
+    #[serde(flatten)]
+    distortion: Option<SavedDistortion>,
+}
+
+/// Coefficients that are 0 are left out where Instant NGP would read them instead of others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+struct SavedDistortion {
+    camera_model: &'static str,
+    /// For Instant NGP.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    is_fisheye: bool,
+    k1: f64,
+    k2: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    k3: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    k4: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    k5: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    k6: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    p1: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    p2: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -46,11 +74,14 @@ struct SavedPose {
     transform_matrix: [[f64; 4]; 4],
 }
 
-/// The file. Nerfstudio reads the intrinsics of frames only if the file has none for all of them.
+/// The file. Nerfstudio reads the intrinsics of frames only if the file has none for all of them, but the model only from
+/// the file.
 #[derive(Debug, Serialize)]
 struct SavedFile<'a> {
     #[serde(flatten)]
     lens: Option<SavedLens>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    camera_model: Option<&'static str>,
     /// For Instant NGP.
     #[serde(skip_serializing_if = "Option::is_none")]
     integer_depth_scale: Option<f64>,
@@ -79,6 +110,7 @@ impl SavedLens {
             cy,
             w,
             h,
+            distortion: camera.distortion().map(SavedDistortion::from),
         })
     }
 
@@ -88,6 +120,50 @@ impl SavedLens {
         let [ours, others] = [self, other].map(numbers);
         let mut pairs = ours.into_iter().zip(others);
         pairs.all(|(a, b)| (a - b).abs() <= 1e-6 * self.fl_x.max(self.fl_y))
+            && self.distortion == other.distortion
+    }
+
+    fn model(&self) -> Option<&'static str> {
+        Some(self.distortion?.camera_model)
+    }
+}
+
+impl From<Distortion> for SavedDistortion {
+    fn from(distortion: Distortion) -> Self {
+        let other = |k: f64| Some(k).filter(|&k| k != 0.0);
+        match distortion {
+            Distortion::Fisheye {
+                radial: [k1, k2, k3, k4],
+            } => Self {
+                camera_model: "OPENCV_FISHEYE",
+                is_fisheye: true,
+                k1,
+                k2,
+                k3: Some(k3),
+                k4: Some(k4),
+                ..Self::default()
+            },
+            Distortion::Perspective {
+                radial: [k1, k2, k3, k4],
+                divisor,
+                tangential: [p1, p2],
+            } => {
+                let is_full = divisor != [0.0; 3];
+                let [d1, d2, d3] = divisor;
+                Self {
+                    camera_model: if is_full { "FULL_OPENCV" } else { "OPENCV" },
+                    k1,
+                    k2,
+                    k3: other(k3),
+                    k4: other(if is_full { d1 } else { k4 }),
+                    k5: other(d2),
+                    k6: other(d3),
+                    p1: Some(p1),
+                    p2: Some(p2),
+                    is_fisheye: false,
+                }
+            }
+        }
     }
 }
 
@@ -135,9 +211,12 @@ impl SavedPoses {
     pub fn file(&self) -> impl Serialize {
         let first = self.poses.first().map(|&(lens, _)| lens);
         let shared = first.filter(|first| self.poses.iter().all(|(lens, _)| first.is_like(lens)));
+        let model = self.poses.first().and_then(|(lens, _)| lens.model());
+        let has_model = shared.is_none() && self.poses.iter().all(|(lens, _)| lens.model() == model);
         let has_depth = self.poses.iter().any(|(_, pose)| pose.depth_path.is_some());
         SavedFile {
             lens: shared,
+            camera_model: model.filter(|_| has_model),
             integer_depth_scale: has_depth.then_some(self.depth_step),
             frames: self
                 .poses

@@ -1,5 +1,5 @@
 use super::*;
-use crate::scene::ImagePlane;
+use crate::scene::{Distortion, ImagePlane};
 
 fn found(text: &str, size: [u32; 2]) -> Result<Poses, String> {
     let folder = tempfile::tempdir().expect("a folder");
@@ -58,8 +58,8 @@ fn a_horizontal_angle_is_enough() {
     );
     let wide = found(&text, [16, 8]).expect("poses").poses[0].camera.view();
     assert!(format!("{:?}", wide.projection) < format!("{:?}", view.projection));
-    let curved = text.replacen('{', r#"{"k1":0.1,"cx":10,"w":40,"#, 1);
-    assert_eq!(found(&curved, [8, 8]).expect("poses").notes.len(), 2);
+    let other = text.replacen('{', r#"{"k5":0.1,"cx":10,"w":40,"#, 1);
+    assert_eq!(found(&other, [8, 8]).expect("poses").notes.len(), 2);
 }
 
 #[test]
@@ -134,14 +134,15 @@ fn intrinsics_are_those_of_the_file() {
 }
 
 #[test]
-fn lenses_that_are_not_pinholes_are_noted() {
+fn lenses_that_are_not_known_are_noted() {
     for lens in [
-        r#""camera_model":"OPENCV_FISHEYE","#,
+        r#""camera_model":"THIN_PRISM_FISHEYE","#,
+        r#""camera_model":"FISHEYE624","k1":0.1,"#,
         r#""camera_model":"EQUIRECTANGULAR","#,
-        r#""k3":0.1,"#,
-        r#""k4":-0.1,"#,
+        r#""camera_model":"OPENCV_FISHEYE","p1":0.1,"#,
+        r#""k5":0.1,"#,
+        r#""camera_model":"OPENCV","k6":-0.1,"#,
         r#""distortion_params":[0,0.1,0,0],"#,
-        r#""is_fisheye":true,"#,
         r#""equirectangular":true,"#,
         r#""latlong":true,"#,
         r#""ftheta_p0":0.5,"#,
@@ -157,6 +158,7 @@ fn lenses_that_are_not_pinholes_are_noted() {
                 panic!("{lens}: {:?}", poses.notes)
             };
             assert!(note.contains("lens distortion"), "{lens}: {note}");
+            assert_eq!(poses.poses[0].camera.distortion(), None, "{lens}");
         }
     }
     for lens in [
@@ -166,6 +168,112 @@ fn lenses_that_are_not_pinholes_are_noted() {
     ] {
         let poses = posed(&format!(r#"{lens}"camera_angle_x":1,"#), "");
         assert!(poses.notes.is_empty(), "{lens}: {:?}", poses.notes);
+        assert_eq!(poses.poses[0].camera.distortion(), None, "{lens}");
+    }
+}
+
+fn perspective(radial: [f64; 4], divisor: [f64; 3], tangential: [f64; 2]) -> Distortion {
+    Distortion::Perspective {
+        radial,
+        divisor,
+        tangential,
+    }
+}
+
+/// Lenses of a file, or of a frame, and what they are.
+#[test]
+fn distortion_is_that_of_the_file() {
+    let radial = |radial| perspective(radial, [0.0; 3], [0.0; 2]);
+    let fisheye = |radial| Distortion::Fisheye { radial };
+    for (lens, expected) in [
+        (r#""k1":-0.1,"#, radial([-0.1, 0.0, 0.0, 0.0])),
+        (r#""k3":0.1,"k4":-0.2,"#, radial([0.0, 0.0, 0.1, -0.2])),
+        (
+            r#""camera_model":"OPENCV","k1":1,"k2":2,"k3":3,"k4":4,"p1":5,"p2":6,"#,
+            perspective([1.0, 2.0, 3.0, 4.0], [0.0; 3], [5.0, 6.0]),
+        ),
+        (
+            r#""camera_model":"SIMPLE_RADIAL","k1":0.5,"#,
+            radial([0.5, 0.0, 0.0, 0.0]),
+        ),
+        (
+            r#""camera_model":"FULL_OPENCV","k1":1,"k2":2,"k3":3,"k4":4,"k5":5,"k6":6,"p1":7,"p2":8,"#,
+            perspective([1.0, 2.0, 3.0, 0.0], [4.0, 5.0, 6.0], [7.0, 8.0]),
+        ),
+        (r#""camera_model":"OPENCV_FISHEYE","#, fisheye([0.0; 4])),
+        (
+            r#""is_fisheye":true,"k2":0.1,"p1":0,"#,
+            fisheye([0.0, 0.1, 0.0, 0.0]),
+        ),
+        (
+            r#""camera_model":"OPENCV_FISHEYE","k1":1,"k2":2,"k3":3,"k4":4,"#,
+            fisheye([1.0, 2.0, 3.0, 4.0]),
+        ),
+    ] {
+        let angle = r#""camera_angle_x":1,"#;
+        for (common, frame) in [(format!("{angle}{lens}"), ""), (angle.to_owned(), lens)] {
+            let poses = posed(&common, frame);
+            assert!(poses.notes.is_empty(), "{common} {frame}: {:?}", poses.notes);
+            assert_eq!(
+                poses.poses[0].camera.distortion(),
+                Some(expected),
+                "{common} {frame}"
+            );
+        }
+    }
+    // A frame's coefficient counts before that of the file.
+    let poses = posed(r#""camera_angle_x":1,"k1":9,"k2":0.2,"#, r#""k1":0.1,"#);
+    let expected = radial([0.1, 0.2, 0.0, 0.0]);
+    assert_eq!(poses.poses[0].camera.distortion(), Some(expected));
+    let text =
+        r#"{"camera_angle_x":1,"k1":1e13,"frames":[{"transform_matrix":[[1,0,0,0],[0,1,0,0],[0,0,1,0]]}]}"#;
+    let error = found(text, [8, 8]).expect_err("it is too large");
+    assert!(
+        error.contains("frames[0]: the distortion has the coefficient"),
+        "{error}"
+    );
+}
+
+/// Distortions and intrinsics are read again as they were, shared by all frames or not.
+#[test]
+fn saved_distortions_are_read_again() {
+    let camera = |distortion| {
+        let camera = Camera::look_at(DVec3::X, DVec3::ZERO, DVec3::Z, 40.0).expect("a camera");
+        camera.with_distortion(distortion).expect("a distortion")
+    };
+    let brown = Some(perspective([0.1, -0.2, 0.0, 0.0], [0.0; 3], [0.01, 0.0]));
+    let more = Some(perspective([0.1, 0.0, 0.3, -0.4], [0.0; 3], [0.0, 0.02]));
+    let full = Some(perspective([0.1, 0.2, 0.3, 0.0], [0.0, 0.5, 0.6], [0.01, 0.02]));
+    let fisheye = Some(Distortion::Fisheye {
+        radial: [0.01, 0.0, 0.0, -0.002],
+    });
+    for (pair, model, in_file) in [
+        ([None, None], None, false),
+        ([brown, brown], Some("OPENCV"), true),
+        ([more, more], Some("OPENCV"), true),
+        ([full, full], Some("FULL_OPENCV"), true),
+        ([fisheye, fisheye], Some("OPENCV_FISHEYE"), true),
+        ([brown, more], Some("OPENCV"), false),
+        ([brown, full], None, false),
+        ([fisheye, None], None, false),
+    ] {
+        let mut saved = SavedPoses::new([320, 240], 0.001);
+        for distortion in pair {
+            saved.push(PoseFiles::default(), &camera(distortion));
+        }
+        let text = serde_json::to_string(&saved.file()).expect("JSON");
+        let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        assert_eq!(json["camera_model"].as_str(), model, "{text}");
+        assert_eq!(json["k1"].is_number(), in_file, "{text}");
+        // Instant NGP would take the one for the other.
+        for lens in [&json, &json["frames"][0]] {
+            assert!(lens["is_fisheye"].is_null() || lens["p1"].is_null(), "{text}");
+        }
+        let read = found(&text, [320, 240]).expect("poses");
+        assert!(read.notes.is_empty(), "{text}");
+        for (pose, distortion) in read.poses.iter().zip(pair) {
+            assert_eq!(pose.camera.distortion(), distortion, "{text}");
+        }
     }
 }
 

@@ -2,7 +2,7 @@ use super::{
     super::{PoseFile, Poses},
     MODELS,
 };
-use crate::scene::{Camera, Projection};
+use crate::scene::{Camera, Distortion, Projection};
 use glam::{DMat3, DQuat, DVec3};
 use std::{fs, path::Path};
 
@@ -49,6 +49,14 @@ fn write_binary(folder: &Path) {
     fs::write(folder.join("images.bin"), images).expect("a file");
 }
 
+fn radial(radial: [f64; 4]) -> Distortion {
+    Distortion::Perspective {
+        radial,
+        divisor: [0.0; 3],
+        tangential: [0.0; 2],
+    }
+}
+
 #[test]
 fn text_and_binary_files_have_the_same_cameras() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -61,7 +69,11 @@ fn text_and_binary_files_have_the_same_cameras() {
     );
     write_binary(folder);
     let text = found(folder, "images.txt").expect("poses");
-    assert_eq!(text.notes.len(), 1, "a curved lens");
+    assert!(text.notes.is_empty());
+    assert_eq!(
+        text.poses[1].camera.distortion(),
+        Some(radial([0.1, 0.0, 0.0, 0.0]))
+    );
     let names: Vec<&str> = text.poses.iter().map(|pose| &pose.name[..]).collect();
     assert_eq!(names, ["my picture 1", "right"]);
     let binary = found(folder, "images.bin").expect("poses");
@@ -134,7 +146,59 @@ fn broken_files_are_refused() {
     }
 }
 
-/// Every model by its number and name: focal lengths, the principal point and whether the lens is curved.
+/// The models whose distortion is rendered, by their coefficients 1, 2, 3, ...
+fn known(name: &str) -> Option<Distortion> {
+    let fisheye = |radial| Distortion::Fisheye { radial };
+    Some(match name {
+        "SIMPLE_RADIAL" => radial([1.0, 0.0, 0.0, 0.0]),
+        "RADIAL" => radial([1.0, 2.0, 0.0, 0.0]),
+        "OPENCV" => Distortion::Perspective {
+            radial: [1.0, 2.0, 0.0, 0.0],
+            divisor: [0.0; 3],
+            tangential: [3.0, 4.0],
+        },
+        "FULL_OPENCV" => Distortion::Perspective {
+            radial: [1.0, 2.0, 5.0, 0.0],
+            divisor: [6.0, 7.0, 8.0],
+            tangential: [3.0, 4.0],
+        },
+        "SIMPLE_FISHEYE" | "FISHEYE" => fisheye([0.0; 4]),
+        "SIMPLE_RADIAL_FISHEYE" => fisheye([1.0, 0.0, 0.0, 0.0]),
+        "RADIAL_FISHEYE" => fisheye([1.0, 2.0, 0.0, 0.0]),
+        "OPENCV_FISHEYE" => fisheye([1.0, 2.0, 3.0, 4.0]),
+        _ => return None,
+    })
+}
+
+/// The distortion of every model, and a note for those that are not rendered.
+#[test]
+fn models_are_rendered_or_noted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let words = pose().map(|number| number.to_string()).join(" ");
+    for &(name, count, is_simple) in &MODELS {
+        let focals = if is_simple { "400" } else { "500 400" };
+        let coefficients = count - if is_simple { 3 } else { 4 };
+        let numbers: String = (1..=coefficients).map(|k| format!(" {k}")).collect();
+        write(
+            folder,
+            &format!("7 {name} 600 400 {focals} 310 190{numbers}\n"),
+            &format!("1 {words} 7 a.png\n"),
+        );
+        let poses = found(folder, "images.txt").unwrap_or_else(|error| panic!("{name}: {error}"));
+        let known = known(name);
+        assert_eq!(poses.poses[0].camera.distortion(), known, "{name}");
+        let is_noted = known.is_none() && !name.contains("PINHOLE");
+        assert_eq!(
+            poses.notes.len(),
+            usize::from(is_noted),
+            "{name} {:?}",
+            poses.notes
+        );
+    }
+}
+
+/// Every model by its number and name: focal lengths, the principal point and whether the lens is noted without coefficients.
 #[test]
 fn all_models_are_known() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -165,10 +229,10 @@ fn all_models_are_known() {
         fs::write(folder.join("cameras.bin"), cameras).expect("a file");
         for file in ["images.txt", "images.bin"] {
             let poses = found(folder, file).unwrap_or_else(|error| panic!("{name}: {error}"));
-            let is_fisheye = name.contains("FISHEYE") || name == "FOV";
+            let is_unknown = name.contains("PRISM_FISHEYE") || name == "FOV";
             assert_eq!(
                 poses.notes.len(),
-                usize::from(is_fisheye),
+                usize::from(is_unknown),
                 "{name} {:?}",
                 poses.notes
             );
