@@ -9,6 +9,7 @@ mod scene;
 mod shared;
 mod tubes;
 mod up;
+mod used;
 
 pub use cloud::Cloud;
 #[cfg(feature = "cli")]
@@ -18,6 +19,7 @@ pub use shared::{SharedMesh, Sharing};
 #[cfg(feature = "gltf")]
 pub(super) use tubes::{TRIANGLES as LINE_TRIANGLES, VERTICES as LINE_VERTICES};
 pub use up::{UpAxis, UpSource};
+pub(super) use used::{Unusable, usable_normal};
 
 #[cfg(feature = "gltf")]
 use super::gltf;
@@ -468,20 +470,27 @@ pub(super) fn parse_as(
         MeshFormat::Off => off::parse(bytes, path, budget),
         MeshFormat::Stl => stl::parse(bytes, path, budget),
         #[cfg(feature = "gltf")]
-        MeshFormat::Gltf => gltf::parse(bytes, path, open, budget),
+        MeshFormat::Gltf => used(gltf::parse(bytes, path, open, budget)?, path, budget),
         #[cfg(not(feature = "gltf"))]
         MeshFormat::Gltf => Err(LoadError::whole_file(
             path,
             "glTF is not read: octray was built without its feature `gltf`",
         )),
         #[cfg(feature = "threemf")]
-        MeshFormat::ThreeMf => threemf::parse(bytes, path, budget),
+        MeshFormat::ThreeMf => used(threemf::parse(bytes, path, budget)?, path, budget),
         #[cfg(not(feature = "threemf"))]
         MeshFormat::ThreeMf => Err(LoadError::whole_file(
             path,
             "3MF is not read: octray was built without its feature `threemf`",
         )),
     }
+}
+
+/// The mesh without vertices that no triangle uses.
+#[cfg(any(feature = "gltf", feature = "threemf"))]
+fn used(mut mesh: LoadedMesh, path: &Path, budget: &Budget) -> Result<LoadedMesh, LoadError> {
+    mesh.drop_unused(budget).map_err(|error| error.into_error(path))?;
+    Ok(mesh)
 }
 
 #[cfg(test)]
