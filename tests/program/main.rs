@@ -24,6 +24,7 @@ mod crops;
 mod faults;
 mod inputs_kept;
 mod job;
+mod left_out;
 mod levels;
 mod limits;
 mod merge;

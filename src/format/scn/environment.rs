@@ -3,7 +3,7 @@
 use super::{QUOTES_HINT, Reader, Said, arguments::Arguments, nearest::nearest};
 use crate::{
     error::LoadError,
-    format::{environment::decode, files::load_error},
+    format::{environment::decode, files::load_error, left_out::counted},
     scene::{Environment, EnvironmentPicture},
 };
 
@@ -62,8 +62,9 @@ impl Reader<'_> {
         let odd = texels.iter().flatten().filter(is_odd).count();
         if odd > 0 {
             self.builder.add_note(format!(
-                "{}: {odd} channels of pixels are below 0 or no numbers: taken as 0",
-                path.display()
+                "{}: {} negative or NaN: taken as 0",
+                path.display(),
+                counted(odd, "channel of a pixel is", "channels of pixels are")
             ));
         }
         let picture = EnvironmentPicture::new(size, texels, degrees, intensity);
