@@ -49,7 +49,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Default)]
 pub struct LoadedMesh {
     /// Positions, normals, colours and triangles in the file's coordinates, not rotated or scaled. Colours are display values
-    /// from 0 to 1, like those of [`Surface`].
+    /// from 0 to 1, like those of [`Surface`]. If there are triangles, they use every vertex.
     pub columns: TriangleMesh,
     /// Parts that are stored once and placed several times; only in glTF files read with [`Sharing`].
     pub shared: Vec<SharedMesh>,
