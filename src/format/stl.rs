@@ -62,32 +62,23 @@ pub(super) fn parse(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Loaded
         let (columns, unusable, small) = text(bytes, budget).map_err(located)?;
         let mut left_out = LeftOut::default();
         left_out.small_faces(small);
-        loaded(columns, left_out.note(path), unusable.map(located), path, budget)
+        let mut mesh = loaded(columns, left_out.note(path));
+        mesh.keep_used(unusable.map(located), path, budget)?;
+        Ok(mesh)
     } else {
         Ok(binary(&bytes, path, budget)?.unwrap_or_default())
     }
 }
 
 /// The mesh. STL has no field for the up axis; printing and CAD, where it is at home, use z.
-fn loaded(
-    columns: TriangleMesh,
-    note: Option<String>,
-    unusable: Unusable<LoadError>,
-    path: &Path,
-    budget: &Budget,
-) -> Result<LoadedMesh, LoadError> {
-    let mut mesh = LoadedMesh {
+fn loaded(columns: TriangleMesh, note: Option<String>) -> LoadedMesh {
+    LoadedMesh {
         columns,
         up: UpAxis::Z,
         up_source: UpSource::Assumed(MeshFormat::Stl),
         notes: note.into_iter().collect(),
         ..LoadedMesh::default()
-    };
-    // Facets use all of their corners.
-    if unusable.count > 0 || mesh.columns.triangles.len() * 3 < mesh.columns.x.len() {
-        mesh.keep_used(unusable, path, budget)?;
     }
-    Ok(mesh)
 }
 
 /// Whether a binary file has colours: its header says `COLOR=`, or its first facets have several attribute bytes. One value
@@ -208,7 +199,12 @@ fn binary(source: &impl Pieces, path: &Path, budget: &Budget) -> Result<Option<L
             "{extra} bytes after the {facets} that the header promises"
         ));
     }
-    loaded(mesh, left_out.note(path), unusable, path, budget).map(Some)
+    let mut mesh = loaded(mesh, left_out.note(path));
+    // Facets use all of their corners.
+    if unusable.count > 0 {
+        mesh.keep_used(unusable, path, budget)?;
+    }
+    Ok(Some(mesh))
 }
 
 /// The unusable vertices of a binary file.
