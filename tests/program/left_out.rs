@@ -15,23 +15,23 @@ fn alpha_of_a_texture() {
     let folder = Folder::new();
     let save = |alpha: u8| {
         let image = image::RgbaImage::from_pixel(2, 2, image::Rgba([255, 0, 0, alpha]));
-        image.save(folder.path("a.png")).unwrap();
+        image.save(folder.path("t.png")).unwrap();
     };
     save(254);
-    square(&folder, "map_Kd a.png");
+    square(&folder, "map_Kd t.png");
     let run = folder.run_line("a.obj -s 8x8");
-    assert_eq!(run.stderr, "warning: a.obj: left out: alpha of texture `a.png`\n");
-    square(&folder, "map_Kd a.png\nmap_d a.png");
+    assert_eq!(run.stderr, "warning: a.obj: left out: alpha of texture `t.png`\n");
+    square(&folder, "map_Kd t.png\nmap_d t.png");
     folder.run_line("a.obj -s 8x8").succeeded();
     save(255);
-    square(&folder, "map_Kd a.png");
+    square(&folder, "map_Kd t.png");
     folder.run_line("a.obj -s 8x8").succeeded();
     // Ambient light takes the diffuse colour.
-    square(&folder, "map_Ka a.png\nmap_Kd a.png");
+    square(&folder, "map_Ka t.png\nmap_Kd t.png");
     folder.run_line("a.obj -s 8x8").succeeded();
     square(
         &folder,
-        "map_Ka b.png\nmap_Kd a.png\nmap_Bump c.png\nnewmtl b\nmap_bump c.png",
+        "map_Ka b.png\nmap_Kd t.png\nmap_Bump c.png\nnewmtl b\nmap_bump c.png",
     );
     let run = folder.run_line("a.obj -s 8x8");
     let expected = "warning: a.mtl: left out: textures `map_Bump`, `map_bump`, `map_Ka`\n";

@@ -77,7 +77,7 @@ impl Obj<'_> {
             Err(error) => {
                 let error = files::load_error(&name, &error);
                 let error = error.to_string();
-                let (what, hint) = error.rsplit_once(", did you mean ").unwrap_or((&error, ""));
+                let (what, hint) = error.rsplit_once("; did you mean ").unwrap_or((&error, ""));
                 let hint = if hint.is_empty() {
                     String::new()
                 } else {
