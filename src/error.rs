@@ -17,8 +17,7 @@ use std::{
     sync::Arc,
 };
 
-/// A place in a file: line and column, both 1-based; columns count bytes. In binary data the line is the record's number
-/// and the column is 1.
+/// A place in a file: line and column, both 1-based; columns count bytes. Errors about binary data have neither.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SourcePos {
     /// The file as it was named, relative to the current folder.
@@ -51,16 +50,6 @@ impl SourcePos {
             file: Arc::new(file.to_path_buf()),
             line: number(lines_before),
             column: number(offset.min(text.len()) - line_start),
-        }
-    }
-
-    /// A record of binary data, counted from 1.
-    #[must_use]
-    pub fn record(file: &Arc<PathBuf>, number: usize) -> Self {
-        Self {
-            file: Arc::clone(file),
-            line: u32::try_from(number).unwrap_or(u32::MAX),
-            column: 1,
         }
     }
 }

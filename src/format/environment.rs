@@ -3,7 +3,7 @@
 #[cfg(feature = "textures")]
 pub(super) use decoding::decode;
 
-use super::{Limits, budget::Budget, files};
+use super::{Limits, budget::Budget, files, left_out::counted};
 use crate::error::{LoadError, clip_path};
 use std::path::Path;
 
@@ -27,17 +27,8 @@ pub(crate) fn load(path: &Path, limits: impl Into<Limits>) -> Result<(Decoded, O
 pub(super) fn odd_note(path: &Path, (_, texels): &Decoded) -> Option<String> {
     let is_odd = |light: &&f32| light.is_nan() || **light < 0.0;
     let odd = texels.iter().flatten().filter(is_odd).count();
-    let channels = if odd == 1 {
-        "channel of a pixel is"
-    } else {
-        "channels of pixels are"
-    };
-    (odd > 0).then(|| {
-        format!(
-            "{}: {odd} {channels} negative or NaN: taken as 0",
-            clip_path(path)
-        )
-    })
+    let channels = counted(odd, "channel of a pixel is", "channels of pixels are");
+    (odd > 0).then(|| format!("{}: {channels} negative or NaN: taken as 0", clip_path(path)))
 }
 
 #[cfg(feature = "textures")]

@@ -35,6 +35,24 @@ impl LeftOut {
         }
     }
 
+    /// Adds this many faces that are no polygons, if there are any.
+    pub(super) fn small_faces(&mut self, count: usize) {
+        self.count(
+            count,
+            "face with fewer than 3 corners",
+            "faces with fewer than 3 corners",
+        );
+    }
+
+    /// Adds this many normals that are NaN or too large, if there are any.
+    pub(super) fn odd_normals(&mut self, count: usize) {
+        self.count(
+            count,
+            "normal that is NaN or too large",
+            "normals that are NaN or too large",
+        );
+    }
+
     /// Adds things by name, if there are any: "vertex properties `a`, `b`".
     pub(super) fn names<'a>(&mut self, what: &str, names: impl IntoIterator<Item = &'a str>) {
         let list = name_list(names.into_iter().map(str::as_bytes));
@@ -48,6 +66,15 @@ impl LeftOut {
         let listed = self.0.get(..MOST_THINGS).unwrap_or(&self.0).join(", ");
         let more = if self.0.len() > MOST_THINGS { ", ..." } else { "" };
         (!self.0.is_empty()).then(|| format!("{}: left out: {listed}{more}", clip_path(path)))
+    }
+}
+
+/// Adds something to the note about the file at `path`, or such a note.
+pub(super) fn add_to_note(notes: &mut Vec<String>, path: &Path, what: &str) {
+    let start = format!("{}: left out: ", clip_path(path));
+    match notes.iter_mut().find(|note| note.starts_with(&start)) {
+        Some(note) => *note += &format!(", {what}"),
+        None => notes.push(start + what),
     }
 }
 

@@ -64,6 +64,15 @@ pub fn check_file(path: &Path) -> Result<(), LoadError> {
     files::check_is_file(path).map_err(|error| files::load_error(path, &error))
 }
 
+/// Refuses a file that is of another kind by its first bytes, and says which.
+///
+/// # Errors
+/// [`LoadError`].
+#[cfg(feature = "cli")]
+pub(crate) fn refuse_foreign(path: &Path, start: &[u8]) -> Result<(), LoadError> {
+    foreign::refuse(start, path, "expected a scene or a mesh")
+}
+
 /// The number of frames of a scene file, `None` if nothing moves. Reads only scene files, no meshes.
 ///
 /// # Errors

@@ -8,7 +8,10 @@
 use super::{
     budget::Budget,
     left_out::LeftOut,
-    mesh::{Cloud, LoadedMesh, MeshFormat, Surface, UpAxis, UpSource, clamp_colors, clamped_note},
+    mesh::{
+        Cloud, LoadedMesh, MeshFormat, Surface, Unusable, UpAxis, UpSource, clamp_colors, clamped_note,
+        usable_normal,
+    },
     place::{TextFault, Words, after_mark, refuse_binary},
     polygon::Fans,
 };
@@ -16,7 +19,6 @@ use crate::{
     error::{LoadError, SceneError, quote},
     scene::{MAX_MATERIALS, TriangleMesh, is_usable},
 };
-use glam::Vec3;
 use std::{collections::HashMap, ops::Range, path::Path};
 
 /// Whether text begins as OFF does.
@@ -37,10 +39,13 @@ pub(super) fn is_off(text: &[u8]) -> bool {
 /// # Errors
 /// [`LoadError`], with line and column.
 pub(super) fn parse(bytes: &[u8], path: &Path, budget: &Budget) -> Result<LoadedMesh, LoadError> {
-    read(bytes, path, budget).map_err(|fault| fault.into_error(bytes, path))
+    let located = |fault: TextFault| fault.into_error(bytes, path);
+    let (mut mesh, unusable) = read(bytes, path, budget).map_err(located)?;
+    mesh.keep_used(unusable.map(located), path, budget)?;
+    Ok(mesh)
 }
 
-fn read(text: &[u8], path: &Path, budget: &Budget) -> Result<LoadedMesh, TextFault> {
+fn read(text: &[u8], path: &Path, budget: &Budget) -> Result<(LoadedMesh, Unusable<TextFault>), TextFault> {
     if text.is_empty() {
         return Err(TextFault::new(0..0, "the file is empty, expected an OFF mesh"));
     }
@@ -59,7 +64,8 @@ fn read(text: &[u8], path: &Path, budget: &Budget) -> Result<LoadedMesh, TextFau
         let line = lines.expect("face", header.faces)?;
         off.face(line)?;
     }
-    off.finish(path)
+    let unusable = std::mem::take(&mut off.unusable);
+    Ok((off.finish(path)?, unusable))
 }
 
 /// The lines of a text that are neither empty nor comments.
@@ -165,8 +171,22 @@ fn count(words: &mut Words<'_>, what: &str) -> Result<usize, TextFault> {
     })
 }
 
-/// The next word as a number.
+/// The next word as a usable number.
 fn number(words: &mut Words<'_>, what: &'static str) -> Result<f32, TextFault> {
+    let (value, place) = any_number(words, what)?;
+    if is_usable(value) {
+        Ok(value)
+    } else {
+        Err(unusable(what, value, place))
+    }
+}
+
+fn unusable(what: &'static str, value: f32, place: Range<usize>) -> TextFault {
+    TextFault::new(place, SceneError::NotUsable { what, value }.to_string())
+}
+
+/// The next word as a number, and its place.
+fn any_number(words: &mut Words<'_>, what: &'static str) -> Result<(f32, Range<usize>), TextFault> {
     let end = words.rest().end;
     let Some((word, place)) = words.next() else {
         return Err(TextFault::new(
@@ -178,12 +198,7 @@ fn number(words: &mut Words<'_>, what: &'static str) -> Result<f32, TextFault> {
         let message = format!("`{what}` is {}, expected a number", quote(word));
         TextFault::new(place.clone(), message)
     })?;
-    if is_usable(value) {
-        Ok(value)
-    } else {
-        let error = SceneError::NotUsable { what, value };
-        Err(TextFault::new(place, error.to_string()))
-    }
+    Ok((value, place))
 }
 
 /// The mesh so far.
@@ -198,7 +213,9 @@ struct Off<'b> {
     surface_by_color: HashMap<[u32; 3], u32>,
     /// The corners of the current face.
     corners: Vec<u32>,
-    /// How many faces have less than three corners, and how many have the number of a colour.
+    unusable: Unusable<TextFault>,
+    odd_normals: usize,
+    /// How many faces have fewer than three corners, and how many have the number of a colour.
     small: usize,
     numbered: usize,
 }
@@ -214,6 +231,8 @@ impl<'b> Off<'b> {
             surface_of: Vec::new(),
             surface_by_color: HashMap::new(),
             corners: Vec::new(),
+            unusable: Unusable::default(),
+            odd_normals: 0,
             small: 0,
             numbered: 0,
         }
@@ -222,15 +241,22 @@ impl<'b> Off<'b> {
     fn vertex(&mut self, mut words: Words<'_>) -> Result<(), TextFault> {
         let columns = &mut self.columns;
         let axes = [&mut columns.x, &mut columns.y, &mut columns.z];
+        let mut is_point = true;
         for (column, what) in axes.into_iter().zip(["x", "y", "z"]) {
-            let value = number(&mut words, what)?;
+            let (value, place) = any_number(&mut words, what)?;
+            if !is_usable(value) {
+                is_point = false;
+                self.unusable.keep_first(|| unusable(what, value, place));
+            }
             self.budget.reserve(column, 1)?;
             column.push(value);
         }
+        self.unusable.count += usize::from(!is_point);
         if self.header.has_normals {
-            let [x, y, z] = ["nx", "ny", "nz"].map(|what| number(&mut words, what));
+            let [x, y, z] = ["nx", "ny", "nz"].map(|what| any_number(&mut words, what));
             self.budget.reserve(&mut columns.normals, 1)?;
-            columns.normals.push(Vec3::new(x?, y?, z?));
+            let normal = usable_normal([x?.0, y?.0, z?.0], &mut self.odd_normals);
+            columns.normals.push(normal);
         }
         // Many programs write colours without the prefix.
         let left = words.clone().count();
@@ -356,11 +382,8 @@ impl<'b> Off<'b> {
             .collect();
         self.columns.colors = colors;
         let mut left_out = LeftOut::default();
-        left_out.count(
-            self.small,
-            "face with less than three corners",
-            "faces with less than three corners",
-        );
+        left_out.small_faces(self.small);
+        left_out.odd_normals(self.odd_normals);
         left_out.count(self.numbered, "numbered colour", "numbered colours");
         if self.header.has_uvs {
             left_out.add("texture coordinates");

@@ -6,7 +6,7 @@
 mod ears;
 
 use super::budget::{Budget, BudgetError};
-use crate::scene::TriangleMesh;
+use crate::scene::{TriangleMesh, is_usable};
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -112,6 +112,18 @@ impl Fans {
     }
 }
 
+/// The position of a vertex; NaN where it is not usable.
+#[inline]
+pub(super) fn position(columns: [&[f32]; 3], i: u32) -> DVec3 {
+    let coordinate = |column: &[f32]| match column.get(i as usize) {
+        Some(&value) if is_usable(value) => f64::from(value),
+        Some(_) => f64::NAN,
+        None => 0.0,
+    };
+    let [x, y, z] = columns;
+    DVec3::new(coordinate(x), coordinate(y), coordinate(z))
+}
+
 /// The corners of a fan's polygon.
 fn ring(fan: &[[u32; 3]]) -> impl Iterator<Item = u32> {
     let first = fan.first().into_iter().flat_map(|&[a, b, _]| [a, b]);
@@ -169,13 +181,20 @@ impl Cutter {
         (triangles.len() == corners.len() - 2).then_some(triangles)
     }
 
-    /// Replaces a fan that does not fill its polygon.
+    /// Replaces a fan that does not fill its polygon. One with an unusable corner has that corner everywhere afterwards, so
+    /// that all of it is left out.
     fn cut_fan(&mut self, columns: [&[f32]; 3], fan: &mut [[u32; 3]]) {
-        let point = |i: u32| {
-            let [x, y, z] = columns.map(|column| column.get(i as usize).map_or(0.0, |&x| x.into()));
-            DVec3::new(x, y, z)
-        };
-        if fan.len() > MOST_CORNERS - 2 || fan_fills(ring(fan).map(point)) {
+        let point = |i: u32| position(columns, i);
+        // A NaN makes this false.
+        if fan_fills(ring(fan).map(point)) {
+            return;
+        }
+        let unusable = ring(fan).find(|&i| point(i).is_nan());
+        if let Some(unusable) = unusable {
+            fan.fill([unusable; 3]);
+            return;
+        }
+        if fan.len() > MOST_CORNERS - 2 {
             return;
         }
         let ring: Vec<u32> = ring(fan).collect();

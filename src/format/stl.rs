@@ -10,18 +10,18 @@
 use super::{
     budget::Budget,
     files,
-    left_out::LeftOut,
-    mesh::{LoadedMesh, MeshFormat, UpAxis, UpSource},
+    left_out::{LeftOut, counted},
+    mesh::{LoadedMesh, MeshFormat, Unusable, UpAxis, UpSource},
     place::{TextFault, Words},
     polygon::Fans,
     source::{Opened, Pieces},
 };
 use crate::{
-    error::{LoadError, SceneError, SourcePos, quote},
+    error::{LoadError, SceneError, quote},
     scene::{TriangleMesh, check_memory, is_usable},
 };
 use rayon::prelude::*;
-use std::{ops::Range, path::Path, sync::Arc};
+use std::{ops::Range, path::Path};
 
 /// Bytes before the first facet of a binary file: a comment, and the number of facets.
 const HEADER: usize = 84;
@@ -58,8 +58,13 @@ pub(super) fn read(opened: Opened, path: &Path, budget: &Budget) -> Result<Loade
 /// [`LoadError`], as for [`read`].
 pub(super) fn parse(bytes: &[u8], path: &Path, budget: &Budget) -> Result<LoadedMesh, LoadError> {
     if is_text(bytes, bytes.len()) {
-        let columns = text(bytes, budget).map_err(|fault| fault.into_error(bytes, path))?;
-        Ok(loaded(columns, None))
+        let located = |fault: TextFault| fault.into_error(bytes, path);
+        let (columns, unusable, small) = text(bytes, budget).map_err(located)?;
+        let mut left_out = LeftOut::default();
+        left_out.small_faces(small);
+        let mut mesh = loaded(columns, left_out.note(path));
+        mesh.keep_used(unusable.map(located), path, budget)?;
+        Ok(mesh)
     } else {
         Ok(binary(&bytes, path, budget)?.unwrap_or_default())
     }
@@ -76,15 +81,21 @@ fn loaded(columns: TriangleMesh, note: Option<String>) -> LoadedMesh {
     }
 }
 
-/// Whether a binary file has colours: its header says `COLOR=`, or one of its first facets has attribute bytes.
+/// Whether a binary file has colours: its header says `COLOR=`, or its first facets have several attribute bytes. One value
+/// in all facets is padding, such as spaces.
 fn has_colors(source: &impl Pieces, count: usize) -> bool {
     let (mut header, mut facets) = (Vec::new(), Vec::new());
     let says_so = source
         .piece(0, HEADER, &mut header)
         .is_some_and(|header| header.windows(6).any(|word| word == b"COLOR="));
     let facets = source.piece(HEADER, count.min(PIECE) * FACET, &mut facets);
-    let is_plain = |facet: &[u8; FACET]| facet.ends_with(&[0, 0]);
-    says_so || facets.is_some_and(|facets| !facets.as_chunks().0.iter().all(is_plain))
+    let attributes = |facet: &[u8; FACET]| [facet[FACET - 2], facet[FACET - 1]];
+    says_so
+        || facets.is_some_and(|facets| {
+            let mut all = facets.as_chunks().0.iter().map(attributes);
+            let first = all.next();
+            all.any(|next| Some(next) != first)
+        })
 }
 
 /// The number of facets by a binary file's header.
@@ -138,6 +149,10 @@ fn binary(source: &impl Pieces, path: &Path, budget: &Budget) -> Result<Option<L
             length - HEADER
         ));
     }
+    let extra = length - HEADER - count * FACET;
+    if count == 0 && extra >= FACET {
+        return refused(format!("the header promises 0 facets, but {extra} bytes follow"));
+    }
     // The scene would refuse it later.
     if let Err(error) = check_memory([count, 0, 3 * count], budget.limit()) {
         return refused(error.to_string());
@@ -170,7 +185,7 @@ fn binary(source: &impl Pieces, path: &Path, budget: &Budget) -> Result<Option<L
     if read.is_none() {
         return Ok(None);
     }
-    check_coordinates(&mesh, count, path)?;
+    let unusable = unusable(&mesh, count, path);
     let triangles = (0..count as u32).into_par_iter().with_min_len(MIN_PIECE);
     mesh.triangles
         .par_extend(triangles.map(|i| [3 * i, 3 * i + 1, 3 * i + 2]));
@@ -178,30 +193,46 @@ fn binary(source: &impl Pieces, path: &Path, budget: &Budget) -> Result<Option<L
     if has_colors(source, count) {
         left_out.add("facet colours (attribute bytes)");
     }
-    Ok(Some(loaded(mesh, left_out.note(path))))
+    if extra >= FACET {
+        let facets = counted(count, "facet", "facets");
+        left_out.add(&format!(
+            "{extra} bytes after the {facets} that the header promises"
+        ));
+    }
+    let mut mesh = loaded(mesh, left_out.note(path));
+    // Facets use all of their corners.
+    if unusable.count > 0 {
+        mesh.keep_used(unusable, path, budget)?;
+    }
+    Ok(Some(mesh))
 }
 
-/// Returns an error if a coordinate of the binary file is unusable.
-fn check_coordinates(mesh: &TriangleMesh, count: usize, path: &Path) -> Result<(), LoadError> {
-    for (what, column) in [("x", &mesh.x), ("y", &mesh.y), ("z", &mesh.z)] {
-        let unusable = column
-            .par_iter()
-            .with_min_len(MIN_PIECE)
-            .position_first(|value| !is_usable(*value));
-        if let Some(i) = unusable {
-            let value = column[i];
-            let error = SceneError::NotUsable { what, value };
-            let message = format!(
-                "facet {} of {count}, corner {}: {error} (the facet starts at byte {})",
-                i / 3 + 1,
-                i % 3 + 1,
-                HEADER + i / 3 * FACET
-            );
-            let at = SourcePos::record(&Arc::new(path.to_path_buf()), i / 3 + 1);
-            return Err(LoadError::new(at, message));
-        }
-    }
-    Ok(())
+/// The unusable vertices of a binary file.
+fn unusable(mesh: &TriangleMesh, count: usize, path: &Path) -> Unusable<LoadError> {
+    let mut unusable = Unusable::default();
+    let columns = [&mesh.x, &mesh.y, &mesh.z];
+    let first = |(column, what): (&Vec<f32>, &'static str)| {
+        let values = column.par_iter().with_min_len(MIN_PIECE);
+        let first = values.position_first(|value| !is_usable(*value))?;
+        Some((first, what, column[first]))
+    };
+    let found = columns.into_iter().zip(["x", "y", "z"]).filter_map(first);
+    let Some((i, what, value)) = found.min_by_key(|&(i, ..)| i) else {
+        return unusable;
+    };
+    unusable.keep_first(|| {
+        let error = SceneError::NotUsable { what, value };
+        let message = format!(
+            "facet {} of {count}, corner {}: {error} (the facet starts at byte {})",
+            i / 3 + 1,
+            i % 3 + 1,
+            HEADER + i / 3 * FACET
+        );
+        LoadError::whole_file(path, message)
+    });
+    let is_unusable = |&i: &usize| columns.iter().any(|column| !is_usable(column[i]));
+    unusable.count = (0..mesh.x.len()).filter(is_unusable).count();
+    unusable
 }
 
 /// The corners of a facet, which follow its normal.
@@ -218,6 +249,9 @@ struct Reader<'a> {
     text: &'a [u8],
     words: Words<'a>,
     end: Range<usize>,
+    unusable: Unusable<TextFault>,
+    /// How many facets have fewer than three corners.
+    small: usize,
 }
 
 impl<'a> Reader<'a> {
@@ -245,14 +279,12 @@ impl<'a> Reader<'a> {
             let message = format!("`{what}` is {}, expected a number", quote(word));
             TextFault::new(place.clone(), message)
         })?;
-        if is_usable(value) {
-            Ok(value)
-        } else {
-            Err(TextFault::new(
-                place,
-                SceneError::NotUsable { what, value }.to_string(),
-            ))
+        if !is_usable(value) {
+            let error = SceneError::NotUsable { what, value };
+            self.unusable
+                .keep_first(|| TextFault::new(place, error.to_string()));
         }
+        Ok(value)
     }
 
     fn skip_line(&mut self) {
@@ -264,12 +296,15 @@ impl<'a> Reader<'a> {
     }
 }
 
-fn text(bytes: &[u8], budget: &Budget) -> Result<TriangleMesh, TextFault> {
+/// The mesh, its unusable vertices, and the number of facets with fewer than three corners.
+fn text(bytes: &[u8], budget: &Budget) -> Result<(TriangleMesh, Unusable<TextFault>, usize), TextFault> {
     let end = bytes.trim_ascii_end().len();
     let mut reader = Reader {
         text: bytes,
         words: Words::new(bytes, 0..bytes.len()),
         end: end..end,
+        unusable: Unusable::default(),
+        small: 0,
     };
     let mut mesh = TriangleMesh::default();
     let mut fans = Fans::default();
@@ -301,7 +336,7 @@ fn text(bytes: &[u8], budget: &Budget) -> Result<TriangleMesh, TextFault> {
         ));
     }
     fans.cut_concave(&mut mesh);
-    Ok(mesh)
+    Ok((mesh, reader.unusable, reader.small))
 }
 
 fn facet(
@@ -329,13 +364,17 @@ fn facet(
         for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
             budget.reserve(column, 1)?;
         }
-        mesh.x.push(reader.coordinate("x")?);
-        mesh.y.push(reader.coordinate("y")?);
-        mesh.z.push(reader.coordinate("z")?);
+        let [x, y, z] = ["x", "y", "z"].map(|what| reader.coordinate(what));
+        let corner = [x?, y?, z?];
+        reader.unusable.count += usize::from(!corner.into_iter().all(is_usable));
+        mesh.x.push(corner[0]);
+        mesh.y.push(corner[1]);
+        mesh.z.push(corner[2]);
     }
     let corner = |i: usize| (first + i) as u32;
     let corners = mesh.x.len() - first;
     // Facets should have three corners; more become a fan.
+    reader.small += usize::from(corners < 3);
     let fan = corners.saturating_sub(2);
     budget.reserve(&mut mesh.triangles, fan)?;
     fans.add(mesh.triangles.len(), fan, 1, budget)?;

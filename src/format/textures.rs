@@ -7,7 +7,7 @@ pub(super) mod names;
 use super::{
     OpenMesh,
     budget::{Budget, BudgetError},
-    left_out::counted,
+    left_out::{add_to_note, counted, name_list},
     mesh::{MAX_NAME, Surface},
 };
 use crate::{
@@ -16,6 +16,7 @@ use crate::{
 };
 use std::{
     collections::HashMap,
+    ffi::OsStr,
     path::{Component, Path, PathBuf},
     sync::Arc,
 };
@@ -100,7 +101,18 @@ impl Images {
                 bytes: read.as_deref().map_err(Clone::clone),
             }));
         }
-        let images = decode(&encoded, surfaces, path, budget, notes);
+        let Decoded { images, lost_alpha } = decode(&encoded, surfaces, path, budget, notes);
+        // No texture of these formats but `map_d` says how opaque a surface is.
+        let names = lost_alpha.iter().filter_map(|&i| self.paths.get(i)?.file_name());
+        let names = name_list(names.map(OsStr::as_encoded_bytes));
+        if !names.is_empty() {
+            let noun = if lost_alpha.len() == 1 {
+                "texture"
+            } else {
+                "textures"
+            };
+            add_to_note(notes, path, &format!("alpha of {noun} {names}"));
+        }
         for bytes in read.iter().flatten().flatten() {
             budget.give_back(bytes.capacity());
         }
@@ -222,6 +234,14 @@ pub(super) fn used_surfaces(count: usize, surface_of: &[u32]) -> Vec<bool> {
     used
 }
 
+/// The images of a mesh.
+#[derive(Default)]
+pub(super) struct Decoded {
+    pub(super) images: Vec<Image>,
+    /// Which of the encoded images had an alpha below 1 that is not shown.
+    pub(super) lost_alpha: Vec<usize>,
+}
+
 /// Decodes the images that are used; `path` is the mesh's. Surfaces name the images that it returns then, and those that
 /// cannot be decoded become notes.
 pub(super) fn decode(
@@ -230,18 +250,19 @@ pub(super) fn decode(
     path: &Path,
     budget: &Budget,
     notes: &mut Vec<String>,
-) -> Vec<Image> {
+) -> Decoded {
     if !budget.wants_images() {
-        return Vec::new();
+        return Decoded::default();
     }
     let first = first_of_equal(encoded);
     let keeps_alpha = images_with_opacity(&first, surfaces);
     let decoded = decoding::all(encoded, &first, &keeps_alpha, budget);
-    let mut images = Vec::new();
+    let (mut images, mut lost_alpha) = (Vec::new(), Vec::new());
     let mut numbers: Vec<Option<u32>> = vec![None; encoded.len()];
     for (i, (encoded, decoded)) in encoded.iter().zip(decoded).enumerate() {
         match (encoded, decoded) {
-            (Some(_), Some(Ok(image))) => {
+            (Some(_), Some(Ok((image, loses_alpha)))) => {
+                lost_alpha.extend(loses_alpha.then_some(i));
                 numbers[i] = Some(images.len() as u32);
                 images.push(image);
             }
@@ -255,7 +276,7 @@ pub(super) fn decode(
     for surface in surfaces {
         renumber(surface, &numbers, &images);
     }
-    images
+    Decoded { images, lost_alpha }
 }
 
 /// For each image the first one with the same bytes, the same part of the same file.
@@ -335,13 +356,14 @@ pub(super) mod decoding {
         needed: u64,
     }
 
-    /// Decodes each image that is the first of equal ones; alpha stays where `keeps_alpha`.
+    /// Decodes each image that is the first of equal ones; alpha stays where `keeps_alpha`. With each image comes whether it
+    /// loses an alpha below 1.
     pub(super) fn all(
         encoded: &[Option<Encoded<'_>>],
         first: &[Option<usize>],
         keeps_alpha: &[bool],
         budget: &Budget,
-    ) -> Vec<Option<Result<Image, String>>> {
+    ) -> Vec<Option<Result<(Image, bool), String>>> {
         // In order, so that it does not depend on threads which images fit.
         let known: Vec<Option<Result<Known<'_>, String>>> = encoded
             .iter()
@@ -419,18 +441,23 @@ pub(super) mod decoding {
         })
     }
 
-    fn decode(known: &Known<'_>) -> Result<Image, String> {
+    fn decode(known: &Known<'_>) -> Result<(Image, bool), String> {
         let mut reader = ImageReader::with_format(Cursor::new(known.bytes), known.format);
         reader.limits(limits(known.needed));
         let decoded: DynamicImage = reader.decode().map_err(|error| sentence(&error))?;
         let mut image = decoded.into_rgba8();
+        let mut least_alpha = u8::MAX;
         if !known.keeps_alpha {
-            image.pixels_mut().for_each(|pixel| pixel.0[3] = u8::MAX);
+            for pixel in image.pixels_mut() {
+                least_alpha = least_alpha.min(pixel.0[3]);
+                pixel.0[3] = u8::MAX;
+            }
         }
         let (width, height) = image.dimensions();
         let pixels = bytemuck::allocation::try_cast_vec(image.into_raw());
         let pixels = pixels.map_err(|_| "it does not fit into memory".to_owned())?;
-        Image::new([width, height], pixels).map_err(|error| error.to_string())
+        let image = Image::new([width, height], pixels).map_err(|error| error.to_string())?;
+        Ok((image, least_alpha < u8::MAX))
     }
 
     pub(in crate::format) fn limits(bytes: u64) -> Limits {
@@ -453,7 +480,7 @@ mod decoding {
         _: &[Option<usize>],
         _: &[bool],
         _: &Budget,
-    ) -> Vec<Option<Result<Image, String>>> {
+    ) -> Vec<Option<Result<(Image, bool), String>>> {
         let missing = || Err("octray was built without its feature `textures`".to_owned());
         encoded
             .iter()

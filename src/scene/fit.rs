@@ -75,7 +75,8 @@ impl FitView {
             -forward,
             forward,
         ];
-        let Some(mut extents) = extents(&Points::of(meshes), &outward) else {
+        let points = Points::of(meshes);
+        let Some(mut extents) = extents(&points, &outward) else {
             return Ok(Fit {
                 eye: -forward,
                 target: DVec3::ZERO,
@@ -89,13 +90,23 @@ impl FitView {
         // A flat mesh or a single point needs some distance too.
         let gap = (0.01 * (near + far)).max(1e-6 * near.abs()).max(1e-9);
         let parallel_height = (u + d).max((r + l) / self.aspect).max(gap) / (1.0 - MARGIN);
-        let depth = match self.fov_degrees {
-            // In the frame (right, up, forward), the eye must be behind both planes of each pair.
-            Some(_) => (-(r + l) / (2.0 * half_width)).min(-(u + d) / (2.0 * half_height)),
-            None => -near - parallel_height,
+        // In the frame (right, up, forward), the eye must be behind both planes of each pair.
+        let depths = match self.fov_degrees {
+            Some(_) => [-(r + l) / (2.0 * half_width), -(u + d) / (2.0 * half_height)],
+            None => [-near - parallel_height; 2],
         };
-        let depth = depth.min(-near - gap);
-        let eye = right * ((r - l) * 0.5) + up * ((u - d) * 0.5) + forward * depth;
+        let depth = depths[0].min(depths[1]).min(-near - gap);
+        let sides = [(right, [r, l], half_width), (up, [u, d], half_height)];
+        let mut eye = forward * depth;
+        for ((side, [most, least], half), own) in sides.into_iter().zip(depths) {
+            // Both planes touch the points only at their own depth.
+            let middle = if own > depth && half > 0.0 {
+                middle_of_view(&points, [side, forward], depth, reach, half)
+            } else {
+                (most - least) * 0.5
+            };
+            eye += side * middle;
+        }
         let distance = (far - near) * 0.5 - depth;
         Ok(Fit {
             eye,
@@ -251,6 +262,47 @@ fn swept_rings(axis: DVec3, meshes: &[PlacedMesh<'_>]) -> (DVec3, TriangleMesh) 
     (middle, rings)
 }
 
+/// Returns where an eye at this depth must be along a side of the picture, so that the points reach as far to both ends.
+/// `axes` are the side and the forward axis; `slope` is the half side at a distance of 1, with room to spare.
+///
+/// The slope at which both ends touch the points is the zero of a convex function, which Newton's method finds in a few
+/// passes.
+fn middle_of_view(points: &Points<'_>, axes: [DVec3; 2], depth: f64, reach: f64, mut slope: f64) -> f64 {
+    const MOST_PASSES: usize = 16;
+    let mut middle = 0.0;
+    for _ in 0..MOST_PASSES {
+        let [(most, at_most), (least, at_least)] = touching(points, axes, slope);
+        middle = (most - least) * 0.5;
+        let length = (1.0 + slope * slope).sqrt();
+        let excess = most + least + 2.0 * (slope * depth + reach * length);
+        let rate = 2.0 * (depth + reach * slope / length) - at_most - at_least;
+        let next = (slope - excess / rate).max(0.0);
+        if next.is_nan() || (next - slope).abs() <= 1e-9 * slope {
+            break;
+        }
+        slope = next;
+    }
+    middle
+}
+
+/// Returns the extent of the points along the normals of both planes of a slope, and the depth of a point that reaches it.
+fn touching(points: &Points<'_>, [side, forward]: [DVec3; 2], slope: f64) -> [(f64, f64); 2] {
+    // Of points on the plane the deepest, whatever their order.
+    let farther = |a: (f64, f64), b: (f64, f64)| if b > a { b } else { a };
+    points.fold(
+        || [(f64::NEG_INFINITY, f64::NEG_INFINITY); 2],
+        |[most, least], point| {
+            let point = point.as_dvec3();
+            let (across, depth) = (side.dot(point), forward.dot(point));
+            [
+                farther(most, (across - slope * depth, depth)),
+                farther(least, (-across - slope * depth, depth)),
+            ]
+        },
+        |[a, b], [c, d]| [farther(a, c), farther(b, d)],
+    )
+}
+
 /// Returns the extent of the points along each direction; `None` without points.
 fn extents(points: &Points<'_>, directions: &[DVec3; 6]) -> Option<[f64; 6]> {
     let reach = points.fold(
@@ -265,4 +317,55 @@ fn extents(points: &Points<'_>, directions: &[DVec3; 6]) -> Option<[f64; 6]> {
         |a, b| std::array::from_fn(|i| a[i].max(b[i])),
     );
     reach[0].is_finite().then_some(reach)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The ends of the picture that the points of a mesh reach from the eye: right, left, up, down.
+    fn ends(mesh: &TriangleMesh, fit: &Fit, view: &FitView) -> [f64; 4] {
+        let forward = (fit.target - fit.eye).normalize();
+        let right = forward.cross(view.up).normalize();
+        let up = right.cross(forward);
+        let slope = (view.fov_degrees.expect("perspective").to_radians() * 0.5).tan();
+        let mut ends = [f64::NEG_INFINITY; 4];
+        for ((&x, &y), &z) in mesh.x.iter().zip(&mesh.y).zip(&mesh.z) {
+            let arm = DVec3::new(x.into(), y.into(), z.into()) - fit.eye;
+            let half_height = slope * forward.dot(arm);
+            let across = right.dot(arm) / (half_height * view.aspect);
+            let upwards = up.dot(arm) / half_height;
+            for (end, reached) in ends.iter_mut().zip([across, -across, upwards, -upwards]) {
+                *end = end.max(reached);
+            }
+        }
+        ends
+    }
+
+    #[test]
+    fn meshes_are_centred_in_both_directions() {
+        let mut random = fastrand::Rng::with_seed(3);
+        for case in 0..200 {
+            // Plates, rods and lumps.
+            let size = [[8.0, 6.0, 0.01], [0.1, 0.1, 9.0], [1.0, 2.0, 3.0]][case % 3];
+            let mut column = |axis: usize| (0..50).map(|_| random.f32() * size[axis]).collect();
+            let mesh = TriangleMesh {
+                x: column(0),
+                y: column(1),
+                z: column(2),
+                ..TriangleMesh::default()
+            };
+            let view = FitView {
+                towards_viewer: DVec3::new(random.f64() - 0.5, random.f64() - 0.5, random.f64() + 0.1),
+                up: DVec3::Z,
+                fov_degrees: Some(10.0 + 80.0 * random.f64()),
+                aspect: [0.5, 1.0, 16.0 / 9.0][case / 3 % 3],
+            };
+            let fit = view.fit(&mesh).expect("a view");
+            let [right, left, up, down] = ends(&mesh, &fit, &view);
+            assert!((right - left).abs() < 1e-6 && (up - down).abs() < 1e-6, "{case}");
+            // An eye close to the end of a rod stays in front of it.
+            assert!(right.max(up) < 1.0 - MARGIN + 1e-6, "{case}");
+        }
+    }
 }

@@ -12,7 +12,7 @@ struct Polygons {
 }
 
 impl Polygons {
-    /// Faces have from `corners[0]` to `corners[0] + corners[1]` corners.
+    /// Faces have from `corners[0]` to `corners[0] + corners[1]` corners. Each vertex is one of a face with three or more.
     fn new(count: u32, corners: [u32; 2]) -> Self {
         let mut random = Random(u64::from(count) + 1);
         let number = |random: &mut Random| (random.below(2_000_001) as f32 - 1e6) * 1e-5;
@@ -22,16 +22,24 @@ impl Polygons {
                 .collect()
         };
         let (positions, normals) = (vectors(), vectors());
-        let faces = (0..2 * count).map(|_| {
+        let faces = (0..2 * count).map(|i| {
             let corners = corners[0] as usize + random.below(corners[1] as usize + 1);
-            (0..corners)
-                .map(|_| random.below(count as usize) as u32)
-                .collect()
+            let others = (1..corners).map(|_| random.below(count as usize) as u32);
+            let mut face: Vec<u32> = [i % count].into_iter().chain(others).collect();
+            face.truncate(corners);
+            face
         });
+        let mut faces: Vec<Vec<u32>> = faces.collect();
+        let mut used = vec![false; count as usize];
+        for &corner in faces.iter().filter(|face| face.len() > 2).flatten() {
+            used[corner as usize] = true;
+        }
+        let unused = (0..count).filter(|&i| !used[i as usize]);
+        faces.extend(unused.map(|i| vec![0, i, count - 1]));
         Self {
             positions,
             normals,
-            faces: faces.collect(),
+            faces,
         }
     }
 
@@ -206,13 +214,28 @@ fn faults_in_large_files() {
     );
     assert!(
         refused(polygons.ply("binary_little_endian", true))
-            .starts_with(&format!("a.ply:45679:1: {message} (face 45679"))
+            .starts_with(&format!("a.ply: {message} (face 45679"))
     );
+    polygons.faces[45_678][1] = 0;
     polygons.positions[23_456][2] = f32::NAN;
-    assert!(refused(polygons.ply("ascii", false)).starts_with(&format!("a.ply:{}:", 12 + 23_457)));
+    let faces = polygons.faces.iter();
+    let without = faces.filter(|face| face.contains(&23_456)).count();
+    for format in ["ascii", "binary_big_endian"] {
+        let mesh = parse(polygons.ply(format, false), "a.ply").expect("a mesh");
+        let note =
+            format!("a.ply: left out: 1 vertex that is NaN or too large, {without} triangles that use it");
+        assert_eq!(mesh.notes, [note]);
+        assert_eq!(
+            (mesh.columns.x.len(), mesh.columns.triangles.len()),
+            (29_999, 60_000 - without)
+        );
+    }
+    for position in &mut polygons.positions {
+        position[2] = f32::NAN;
+    }
+    assert!(refused(polygons.ply("ascii", false)).starts_with("a.ply:13:"));
     assert!(
-        refused(polygons.ply("binary_big_endian", false))
-            .starts_with("a.ply:23457:1: vertex 23457 of 30000: z is NaN")
+        refused(polygons.ply("binary_big_endian", false)).starts_with("a.ply: vertex 1 of 30000: z is NaN")
     );
 }
 

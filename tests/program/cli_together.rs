@@ -118,6 +118,10 @@ fn a_picture_is_refused_as_a_scene() {
     let folder = Folder::new();
     folder.write("a.scn", "sphere 0 0 0 1\n");
     folder.run(&["a.scn", "--size=8x8", "--quiet"]).succeeded();
-    folder.fails(&["a.png"], 1, "unknown file type, expected a scene (.scn)");
+    folder.fails(
+        &["a.png"],
+        1,
+        "a.png: this is a PNG picture, expected a scene or a mesh",
+    );
     folder.fails(&["a"], 1, "did you mean `a.scn`?");
 }

@@ -296,6 +296,35 @@ fn a_mesh_on_its_side_is_noticed() {
 }
 
 #[test]
+fn pictures_of_nothing_are_noticed() {
+    let folder = Folder::new();
+    folder.write(
+        "a.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n",
+    );
+    let away = "a.obj -s 9x8 --eye 9,9,9 --target 20,20,20";
+    let words = "shows nothing: no camera ray hits a.obj\n";
+    let run = folder.run_line(away);
+    assert_eq!(
+        (run.code, run.stderr),
+        (Some(0), format!("warning: a.png {words}"))
+    );
+    let run = folder.run_line(&format!("{away} --no-shadows -o b.exr"));
+    assert_eq!(run.stderr, format!("warning: b.exr {words}"));
+    folder.run_line(&format!("{away} -q")).succeeded();
+    // A part of a picture may be empty, and so may a scene's.
+    folder.run_line(&format!("{away} --crop 0,0,4,4")).succeeded();
+    folder.write("b.scn", "sphere 0 0 0 1\n");
+    folder
+        .run_line("b.scn -s 8x8 --eye 9,9,9 --target 20,20,20")
+        .succeeded();
+    // What is seen without shadows has no other rays.
+    folder.run_line("a.obj -s 9x8 --no-shadows").succeeded();
+    let run = folder.run_line(&format!("{away} --turntable=3 -o c#.png"));
+    assert!(run.stderr.matches("shows nothing").count() < 2, "{run:?}");
+}
+
+#[test]
 fn values_are_explained() {
     let folder = Folder::new();
     for (line, words) in [
@@ -418,6 +447,12 @@ fn files_of_other_kinds_are_refused() {
         &["notes.txt"],
         1,
         "notes.txt: unknown file type, expected a scene (.scn)",
+    );
+    fs::write(folder.path("mesh.off.gz"), b"\x1f\x8b\x08\0packed").unwrap();
+    folder.fails(
+        &["mesh.off.gz"],
+        1,
+        "mesh.off.gz: this is compressed by gzip, expected a scene or a mesh",
     );
     folder.fails(&["."], 1, "this is a directory");
     folder.write("scene.txt", "// A scene\nsphere 0 0 0 1\n");

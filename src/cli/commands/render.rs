@@ -3,6 +3,7 @@
 mod ahead;
 mod labels;
 mod moving;
+mod nothing;
 mod poses;
 
 use super::stages;
@@ -55,6 +56,8 @@ struct Call<'a> {
     saved_poses: Option<SavedPoses>,
     /// Whether depth beyond the range of its file was reported.
     warned_of_depth: bool,
+    /// Whether no picture of this scene is checked for showing nothing: one did, or it is no mesh.
+    warned_of_nothing: bool,
     /// How many scenes were skipped.
     skipped: usize,
     /// Lines of JSON for a file.
@@ -95,6 +98,7 @@ pub fn run(plan: &RenderPlan, start: Instant) -> Result<(), CliError> {
         labels: Labels::new(plan),
         saved_poses: None,
         warned_of_depth: false,
+        warned_of_nothing: false,
         skipped: 0,
         json: String::new(),
     };
@@ -224,6 +228,7 @@ impl Call<'_> {
             input => input?,
         };
         let look = self.plan.looks.of(input.is_mesh());
+        self.warned_of_nothing = !input.is_mesh();
         let Input {
             scene,
             camera,
@@ -402,6 +407,7 @@ impl Call<'_> {
         });
         written?;
         self.warn_of_depth(frame, aovs.as_ref());
+        self.warn_of_nothing(loaded, (renderer, camera), frame, &stats);
 
         let Spent { load, build } = std::mem::take(spent);
         let times = Times {

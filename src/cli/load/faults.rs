@@ -63,7 +63,11 @@ impl Faults {
             .collect();
         let said = said.join(", ");
         let path = clip_path(path);
-        (!said.is_empty()).then(|| format!("{path}: of {} triangles, {said}", self.triangles))
+        let all = match self.triangles {
+            1 => "of 1 triangle".to_owned(),
+            count => format!("of {count} triangles"),
+        };
+        (!said.is_empty()).then(|| format!("{path}: {all}, {said}"))
     }
 }
 

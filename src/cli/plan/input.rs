@@ -206,6 +206,10 @@ pub fn kind_of(path: &Path) -> Result<InputKind, CliError> {
     // Text without any statement of a scene is no scene.
     let is_scene = !start.contains(&0) && format::detect(&start) == Detected::Scene;
     if !is_scene || OTHER_KINDS.iter().any(|&other| extension == other) {
+        // By its bytes: `mesh.ply.gz` and pictures are known.
+        if read.is_ok() {
+            format::refuse_foreign(path, &start)?;
+        }
         return Err(CliError::Failed(format!(
             "{}: unknown file type, expected a scene (.scn) or a mesh (.ply, .obj, .off, .stl, .gltf, .glb, .3mf)",
             clip_path(path)

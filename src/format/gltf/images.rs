@@ -75,7 +75,7 @@ pub(super) fn read(
         }));
     }
     let taken = buffers.budget().taken() - before;
-    let images = textures::decode(&encoded, surfaces, buffers.path(), buffers.budget(), notes);
+    let images = textures::decode(&encoded, surfaces, buffers.path(), buffers.budget(), notes).images;
     // Buffers stay until the mesh is read; what was read for images alone goes now.
     buffers.budget().give_back(taken as usize);
     images

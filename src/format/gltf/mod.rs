@@ -195,7 +195,9 @@ fn other_version(version: &str) -> String {
 fn root(text: &[u8], path: &Path) -> Result<json::Root, LoadError> {
     let other_version = |version: &str| LoadError::whole_file(path, other_version(version));
     // Not generic, so compiled with its crate, at less optimisation.
-    let root = json::Root::from_slice(text).map_err(|error| {
+    let root = json::Root::from_slice(text);
+    let root = root.or_else(|error| with_empty_scenes(text, &error).ok_or(error));
+    let root = root.map_err(|error| {
         // Version 1 has other types nearly everywhere: the first mismatch says little.
         if let Some(version) = version(text).filter(|version| version.starts_with('1')) {
             return other_version(&version);
@@ -207,6 +209,23 @@ fn root(text: &[u8], path: &Path) -> Result<json::Root, LoadError> {
         Some(version) if !version.starts_with("2.") => Err(other_version(version)),
         _ => Ok(root),
     }
+}
+
+/// Reads a file again that has scenes without `nodes`, which the crate requires and the specification does not.
+fn with_empty_scenes(text: &[u8], error: &json::Error) -> Option<json::Root> {
+    // Files with an empty scene are small; a tree of values takes far more memory than its text.
+    const MOST_BYTES: usize = 1 << 20;
+    if text.len() > MOST_BYTES || !error.to_string().starts_with("missing field `nodes`") {
+        return None;
+    }
+    let mut value: json::Value = json::deserialize::from_slice(text).ok()?;
+    for scene in value.get_mut("scenes")?.as_array_mut()? {
+        let scene = scene.as_object_mut()?;
+        scene
+            .entry("nodes")
+            .or_insert_with(|| json::Value::Array(Vec::new()));
+    }
+    json::deserialize::from_value(value).ok()
 }
 
 /// Checks the JSON.

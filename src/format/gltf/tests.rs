@@ -447,3 +447,14 @@ fn faults() {
             .contains("vertex 1 of 3: x is 1e30")
     );
 }
+
+#[test]
+fn a_scene_may_have_no_nodes() {
+    let mesh = changed(r#"{"nodes":[0,1]}"#, r#"{"name":"empty"}"#).expect("an empty scene");
+    assert!(mesh.columns.triangles.is_empty());
+    let other = changed(r#""scenes":["#, r#""scene":1,"scenes":[{},"#).expect("the second scene");
+    assert_eq!(other.columns.triangles.len(), 2);
+    // Faults elsewhere keep their place.
+    let error = refused(r#""scenes":[{"nodes":[0,1]}]"#, r#""scenes":[{"nodes":0}]"#);
+    assert!(error.contains("not a valid glTF file"), "{error}");
+}

@@ -9,6 +9,7 @@ mod scene;
 mod shared;
 mod tubes;
 mod up;
+mod used;
 
 pub use cloud::Cloud;
 #[cfg(feature = "cli")]
@@ -18,6 +19,7 @@ pub use shared::{SharedMesh, Sharing};
 #[cfg(feature = "gltf")]
 pub(super) use tubes::{TRIANGLES as LINE_TRIANGLES, VERTICES as LINE_VERTICES};
 pub use up::{UpAxis, UpSource};
+pub(super) use used::{Unusable, usable_normal};
 
 #[cfg(feature = "gltf")]
 use super::gltf;
@@ -48,7 +50,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Default)]
 pub struct LoadedMesh {
     /// Positions, normals, colours and triangles in the file's coordinates, not rotated or scaled. Colours are display values
-    /// from 0 to 1, like those of [`Surface`].
+    /// from 0 to 1, like those of [`Surface`]. If there are triangles, they use every vertex.
     pub columns: TriangleMesh,
     /// Parts that are stored once and placed several times; only in glTF files read with [`Sharing`].
     pub shared: Vec<SharedMesh>,
@@ -473,20 +475,27 @@ pub(super) fn parse_as(
         MeshFormat::Off => off::parse(bytes, path, budget),
         MeshFormat::Stl => stl::parse(bytes, path, budget),
         #[cfg(feature = "gltf")]
-        MeshFormat::Gltf => gltf::parse(bytes, path, open, budget),
+        MeshFormat::Gltf => used(gltf::parse(bytes, path, open, budget)?, path, budget),
         #[cfg(not(feature = "gltf"))]
         MeshFormat::Gltf => Err(LoadError::whole_file(
             path,
             "glTF is not read: octray was built without its feature `gltf`",
         )),
         #[cfg(feature = "threemf")]
-        MeshFormat::ThreeMf => threemf::parse(bytes, path, budget),
+        MeshFormat::ThreeMf => used(threemf::parse(bytes, path, budget)?, path, budget),
         #[cfg(not(feature = "threemf"))]
         MeshFormat::ThreeMf => Err(LoadError::whole_file(
             path,
             "3MF is not read: octray was built without its feature `threemf`",
         )),
     }
+}
+
+/// The mesh without vertices that no triangle uses.
+#[cfg(any(feature = "gltf", feature = "threemf"))]
+fn used(mut mesh: LoadedMesh, path: &Path, budget: &Budget) -> Result<LoadedMesh, LoadError> {
+    mesh.drop_unused(budget).map_err(|error| error.into_error(path))?;
+    Ok(mesh)
 }
 
 #[cfg(test)]

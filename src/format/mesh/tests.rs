@@ -145,10 +145,11 @@ fn ply_colours_that_are_left_out() {
     let some = "property uchar red\nproperty uchar green\n";
     assert_eq!(notes(some, "0 0 0 1 2\n"), ["m.ply: left out: vertex colours"]);
     let with_alpha = format!("{all}property uchar alpha\n");
-    assert_eq!(
-        notes(&with_alpha, "0 0 0 1 2 3 255\n"),
-        ["m.ply: left out: vertex alpha"]
-    );
+    assert!(notes(&with_alpha, "0 0 0 1 2 3 255\n").is_empty());
+    for alpha in ["254", "0", "half"] {
+        let row = format!("0 0 0 1 2 3 {alpha}\n");
+        assert_eq!(notes(&with_alpha, &row), ["m.ply: left out: vertex alpha"]);
+    }
     let twice = format!("{all}property float r\nproperty float g\nproperty float b\n");
     assert_eq!(
         notes(&twice, "0 0 0 1 2 3 1 1 1\n"),
@@ -165,7 +166,7 @@ fn ply_colours_that_are_left_out() {
 fn obj_colours() {
     let mesh = load(
         "m.obj",
-        "v 0 0 0\nv 1 0 0 0.5 1 0 # red\nv 0 1 0 0 0.25 1 1\nv 1 1 0 1 1\nf 1 2 3\n",
+        "v 0 0 0\nv 1 0 0 0.5 1 0 # red\nv 0 1 0 0 0.25 1 1\nv 1 1 0 1 1\nf 1 2 4 3\n",
     );
     let white = [1.0; 3];
     assert_eq!(
@@ -397,4 +398,24 @@ fn gltf_colours_of_every_type() {
         (mesh.surfaces[0].diffuse, mesh.columns.colors[0]),
         ([0.0, 1.0, 1.0], [1.0, 0.0, 0.0])
     );
+}
+
+#[test]
+fn ply_alpha_matters_where_it_is_less_than_1() {
+    for format in ["binary_little_endian", "binary_big_endian"] {
+        for (last, expected) in [
+            (255, &[][..]),
+            (254, &["m.ply: left out: vertex alpha".to_owned()]),
+        ] {
+            let mut bytes = format!(
+                "ply\nformat {format} 1.0\nelement vertex 3\nproperty uchar red\nproperty uchar green\n\
+                 property uchar blue\nproperty uchar alpha\nproperty char x\nproperty char y\nproperty char z\nend_header\n"
+            )
+            .into_bytes();
+            for (alpha, x) in [(255, 0), (255, 1), (last, 2)] {
+                bytes.extend([9, 9, 9, alpha, x, 0, 0]);
+            }
+            assert_eq!(load("m.ply", bytes).notes, expected);
+        }
+    }
 }

@@ -138,8 +138,9 @@ const FLAT: f64 = 8.0;
 
 /// Another axis that is more likely up than `assumed`, and why.
 ///
-/// A mesh is doubted if it is much longer along that axis, or if it has no base where it should stand but has one
-/// elsewhere, or is much thinner along another axis. A sample of the triangles decides.
+/// A mesh is doubted if it has no base where it should stand, but has one elsewhere, or flat ends of a long shape, or is much
+/// thinner along another axis. Its length alone says nothing: cars and ships are as long as towers are high. A sample of the
+/// triangles decides.
 pub(super) fn doubt(mesh: &TriangleMesh, assumed: UpAxis) -> Option<(UpAxis, String)> {
     let sample = Sample::of(mesh)?;
     let size = sample.size;
@@ -155,9 +156,6 @@ pub(super) fn doubt(mesh: &TriangleMesh, assumed: UpAxis) -> Option<(UpAxis, Str
     };
     let i = axis.index();
     let (along, a, b) = (size[i], size[(i + 1) % 3], size[(i + 2) % 3]);
-    if along > UPRIGHT * a.max(b) {
-        return Some((axis, format!("it is longest along {axis}")));
-    }
     if sample.base(assumed) >= NO_BASE {
         return None;
     }
@@ -165,6 +163,9 @@ pub(super) fn doubt(mesh: &TriangleMesh, assumed: UpAxis) -> Option<(UpAxis, Str
     let with_base: Vec<UpAxis> = others.filter(|&axis| sample.base(axis) >= BASE).collect();
     match with_base[..] {
         [] if FLAT * along < a.min(b) => Some((axis, format!("it is thinnest along {axis}"))),
+        [end, other] if end.index() == i && other.index() == i && along > UPRIGHT * a.max(b) => {
+            Some((axis, format!("it is longest along {axis}")))
+        }
         [axis] if axis.index() != UpAxis::X.index() => {
             Some((axis, format!("its flat side faces {}", axis.opposite())))
         }
@@ -287,12 +288,18 @@ mod tests {
             doubt(&hanging, UpAxis::Y).map(|(axis, _)| axis),
             Some(UpAxis::MinusZ)
         );
+        // A rocket or a ship.
         let tower = open_box([1.0, 1.0, 5.0], &[]);
-        assert_eq!(reason(&tower, UpAxis::Y), "it is longest along z");
+        assert_eq!(doubt(&tower, UpAxis::Y), None);
         let lying = open_box([5.0, 1.0, 1.0], &[Face::Bottom, Face::Top]);
         assert_eq!(doubt(&lying, UpAxis::Z), None);
         let column = open_box([1.0, 1.0, 5.0], &[Face::Bottom, Face::Top]);
         assert_eq!(reason(&column, UpAxis::Y), "it is longest along z");
+        let mut train = open_box([3.0, 4.0, 20.0], &[Face::Bottom, Face::Top]);
+        train
+            .triangles
+            .extend([[0, 1, 5], [0, 5, 4], [2, 7, 3], [2, 6, 7]]);
+        assert_eq!(doubt(&train, UpAxis::Y), None);
         let terrain = open_box([10.0, 10.0, 1.0], &[]);
         assert_eq!(reason(&terrain, UpAxis::Y), "it is thinnest along z");
         let car = open_box([1.8, 1.4, 4.5], &[]);

@@ -1,19 +1,14 @@
 //! The corners of faces. OBJ indexes positions, normals and texture coordinates separately; here they become vertices
 //! that have all.
 
-use super::{
-    super::{
-        budget::{Budget, BudgetError},
-        left_out::counted,
-        place::{TextFault, Words},
-        polygon::{Cutter, Fans},
-        vertices::{NONE, Vertices},
-    },
-    corner,
+use super::super::{
+    budget::{Budget, BudgetError},
+    place::{TextFault, Words},
+    polygon::{self, Cutter, Fans},
+    vertices::{NONE, Vertices},
 };
 use crate::{error::quote, scene::TriangleMesh};
 use glam::{DVec3, Vec3};
-use std::ops::Range;
 
 /// A corner as written: 1-based, or negative and counted from the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,10 +34,12 @@ pub(super) fn resolve(index: i64, size: usize, what: [&str; 2], limit: Option<us
         }
         _ => {
             let count = limit.filter(|_| index > 0).unwrap_or(size);
-            let (are, noun) = if count == 1 { ("is", one) } else { ("are", many) };
-            Err(format!(
-                "{one} index {index}, but there {are} only {count} {noun}"
-            ))
+            let there_are = match count {
+                0 => format!("are no {many}"),
+                1 => format!("is only 1 {one}"),
+                count => format!("are only {count} {many}"),
+            };
+            Err(format!("{one} index {index}, but there {there_are}"))
         }
     }
 }
@@ -56,6 +53,8 @@ pub(super) struct Corners {
     /// Texture coordinates, likewise; empty unless they are wanted.
     uvs: Vec<[u32; 3]>,
     polygons: Fans,
+    /// How many faces have fewer than three corners; they are left out.
+    pub(super) small: usize,
     /// The largest indices.
     largest: [u32; 2],
     /// The current face.
@@ -90,14 +89,12 @@ impl Corners {
     pub(super) fn face(
         &mut self,
         words: Words<'_>,
-        keyword: &Range<usize>,
         sizes: [usize; 2],
         uvs: Option<usize>,
         limits: Option<[usize; 2]>,
         budget: &Budget,
     ) -> Result<usize, TextFault> {
         self.face.clear();
-        let whole_line = keyword.start..words.end_of_words();
         for (word, place) in words {
             if word.starts_with(b"#") {
                 break;
@@ -132,11 +129,8 @@ impl Corners {
             self.face.push([position, normal, texture]);
         }
         if self.face.len() < 3 {
-            let message = format!(
-                "face with {}, expected 3 or more",
-                counted(self.face.len(), "corner", "corners")
-            );
-            return Err(TextFault::new(whole_line, message));
+            self.small += 1;
+            return Ok(0);
         }
         Ok(self.add_fan(budget)?)
     }
@@ -177,12 +171,14 @@ impl Corners {
                     [of(&self.positions), of(&self.normals), of(&self.uvs)]
                 }));
             }
-            let point = |&[position, _, _]: &[u32; 3]| {
-                let column = |column: &[f32]| column.get(position as usize).map_or(0.0, |&x| x.into());
-                DVec3::new(column(&mesh.x), column(&mesh.y), column(&mesh.z))
-            };
+            let columns = [&mesh.x[..], &mesh.y, &mesh.z];
             points.clear();
-            points.extend(ring.iter().map(point));
+            points.extend(ring.iter().map(|corner| polygon::position(columns, corner[0])));
+            if let Some(unusable) = points.iter().position(|point: &DVec3| point.is_nan()) {
+                // All of the polygon is left out.
+                self.positions[triangles].fill([ring[unusable][0]; 3]);
+                continue;
+            }
             let Some(cut) = cutter.cut(&points) else {
                 continue;
             };
@@ -203,7 +199,7 @@ impl Corners {
     /// becomes several vertices.
     pub(super) fn into_columns(
         self,
-        normals: &[[f32; 3]],
+        normals: &[Vec3],
         uvs: &[[f32; 2]],
         mesh: &mut TriangleMesh,
         budget: &Budget,
@@ -241,9 +237,7 @@ impl Corners {
         if has_normals {
             let normal = |of: &Option<[u32; 2]>| of.and_then(|[normal, _]| normals.get(normal as usize));
             budget.reserve(&mut mesh.normals, all.len())?;
-            let normals = all
-                .iter()
-                .map(|of| normal(of).map_or(Vec3::ZERO, |&normal| Vec3::from_array(normal)));
+            let normals = all.iter().map(|of| normal(of).copied().unwrap_or_default());
             mesh.normals.extend(normals);
         }
         if has_uvs {
@@ -253,4 +247,45 @@ impl Corners {
         }
         Ok(())
     }
+}
+
+/// A corner's word: `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+pub(super) fn corner(word: &[u8]) -> Option<Corner> {
+    let mut parts = word.split(|&byte| byte == b'/');
+    let position = whole(parts.next()?)?;
+    let texture = parts.next();
+    let normal = parts.next();
+    if parts.next().is_some() || texture.is_some_and(|word| !word.is_empty() && whole(word).is_none()) {
+        return None;
+    }
+    let normal = match normal {
+        None | Some([]) => None,
+        Some(word) => Some(whole(word)?),
+    };
+    let texture = texture.and_then(whole);
+    Some(Corner {
+        position,
+        texture,
+        normal,
+    })
+}
+
+#[inline]
+fn whole(word: &[u8]) -> Option<i64> {
+    let (sign, digits) = match word {
+        [b'-', digits @ ..] => (-1, digits),
+        [b'+', digits @ ..] | digits => (1, digits),
+    };
+    // Longer ones are out of range and would overflow.
+    if digits.is_empty() || digits.len() > 18 {
+        return None;
+    }
+    let mut value = 0;
+    for digit in digits {
+        if !digit.is_ascii_digit() {
+            return None;
+        }
+        value = value * 10 + i64::from(digit - b'0');
+    }
+    Some(sign * value)
 }

@@ -10,8 +10,8 @@ use super::{
         textures::untextured,
         vertices::{NONE, Vertices},
     },
-    NO_SURFACE, corner,
-    corners::resolve,
+    NO_SURFACE,
+    corners::{corner, resolve},
     name,
 };
 use crate::{error::quote, scene::TriangleMesh};

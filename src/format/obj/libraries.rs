@@ -76,7 +76,14 @@ impl Obj<'_> {
             Ok(bytes) => bytes,
             Err(error) => {
                 let error = files::load_error(&name, &error);
-                return Ok(Some(format!("{error}; its materials are missing")));
+                let error = error.to_string();
+                let (what, hint) = error.rsplit_once("; did you mean ").unwrap_or((&error, ""));
+                let hint = if hint.is_empty() {
+                    String::new()
+                } else {
+                    format!("; did you mean {hint}")
+                };
+                return Ok(Some(format!("{what}; its materials are missing{hint}")));
             }
         };
         self.library_bytes = self.library_bytes.saturating_add(bytes.len());

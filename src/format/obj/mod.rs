@@ -20,7 +20,10 @@ use super::{
     OpenMesh,
     budget::{Budget, BudgetError},
     left_out::{LeftOut, name_list},
-    mesh::{Cloud, LoadedMesh, MeshFormat, Surface, UpAxis, UpSource, clamp_colors, clamped_note},
+    mesh::{
+        Cloud, LoadedMesh, MeshFormat, Surface, Unusable, UpAxis, UpSource, clamp_colors, clamped_note,
+        usable_normal,
+    },
     place::{TextFault, Words, after_mark, refuse_binary},
     textures::Images,
 };
@@ -29,8 +32,9 @@ use crate::{
     scene::{TriangleMesh, is_usable},
 };
 use colors::Colors;
-use corners::{Corner, Corners};
+use corners::Corners;
 use elements::Elements;
+use glam::Vec3;
 use std::{
     borrow::Cow,
     collections::{HashMap, HashSet},
@@ -58,10 +62,19 @@ pub(super) fn parse(
     open: OpenMesh<'_>,
     budget: &Budget,
 ) -> Result<LoadedMesh, LoadError> {
-    read(bytes, path, open, budget).map_err(|fault| fault.into_error(bytes, path))
+    let located = |fault: TextFault| fault.into_error(bytes, path);
+    let (mut mesh, unusable) = read(bytes, path, open, budget).map_err(located)?;
+    mesh.keep_used(unusable.map(located), path, budget)?;
+    Ok(mesh)
 }
 
-fn read(bytes: &[u8], path: &Path, open: OpenMesh<'_>, budget: &Budget) -> Result<LoadedMesh, TextFault> {
+/// The mesh, and its unusable vertices, which are in it.
+fn read(
+    bytes: &[u8],
+    path: &Path,
+    open: OpenMesh<'_>,
+    budget: &Budget,
+) -> Result<(LoadedMesh, Unusable<TextFault>), TextFault> {
     if bytes.is_empty() {
         return Err(TextFault::new(0..0, "the file is empty, expected an OBJ mesh"));
     }
@@ -98,14 +111,16 @@ fn read(bytes: &[u8], path: &Path, open: OpenMesh<'_>, budget: &Budget) -> Resul
         obj.keeps_uvs = keeps_uvs;
         obj.lines(text, path, open, Some(limits))?;
     }
-    let elements = if obj.corners.is_empty() && obj.line_elements + obj.point_elements > 0 {
+    let has_faces = !obj.corners.is_empty() || obj.corners.small > 0;
+    let elements = if !has_faces && obj.line_elements + obj.point_elements > 0 {
         let (positions, surfaces) = (obj.x.len(), &obj.surface_by_name);
         Some(Elements::read(text, positions, surfaces, budget)?)
     } else {
         None
     };
     obj.note_left_out(text, path);
-    Ok(obj.finish(elements, path, open)?)
+    let unusable = std::mem::take(&mut obj.unusable);
+    Ok((obj.finish(elements, path, open)?, unusable))
 }
 
 /// The mesh so far.
@@ -114,7 +129,10 @@ struct Obj<'b> {
     x: Vec<f32>,
     y: Vec<f32>,
     z: Vec<f32>,
-    normals: Vec<[f32; 3]>,
+    unusable: Unusable<TextFault>,
+    /// Zero where they are NaN or too large.
+    normals: Vec<Vec3>,
+    odd_normals: usize,
     colors: Colors,
     corners: Corners,
     surfaces: Vec<Surface>,
@@ -156,7 +174,9 @@ impl<'b> Obj<'b> {
             x: Vec::new(),
             y: Vec::new(),
             z: Vec::new(),
+            unusable: Unusable::default(),
             normals: Vec::new(),
+            odd_normals: 0,
             colors: Colors::default(),
             corners: Corners::default(),
             surfaces: Vec::new(),
@@ -211,7 +231,19 @@ impl<'b> Obj<'b> {
         };
         match keyword {
             b"v" => {
-                let [x, y, z] = vector(&mut words, &place, ["x", "y", "z"])?;
+                let names = ["x", "y", "z"];
+                let (position, places) = vector(&mut words, &place, names)?;
+                let [x, y, z] = position;
+                if let Some(i) = position.iter().position(|&value| !is_usable(value)) {
+                    self.unusable.count += 1;
+                    self.unusable.keep_first(|| {
+                        let error = SceneError::NotUsable {
+                            what: names[i],
+                            value: position[i],
+                        };
+                        TextFault::new(places[i].clone(), error.to_string())
+                    });
+                }
                 for column in [&mut self.x, &mut self.y, &mut self.z] {
                     self.budget.reserve(column, 1)?;
                 }
@@ -221,16 +253,14 @@ impl<'b> Obj<'b> {
                 self.colors.read(&mut words, self.x.len() - 1, self.budget)?;
             }
             b"vn" => {
-                let normal = vector(&mut words, &place, ["nx", "ny", "nz"])?;
+                let (normal, _) = vector(&mut words, &place, ["nx", "ny", "nz"])?;
                 self.budget.reserve(&mut self.normals, 1)?;
-                self.normals.push(normal);
+                self.normals.push(usable_normal(normal, &mut self.odd_normals));
             }
             b"f" => {
                 let sizes = [self.x.len(), self.normals.len()];
                 let uvs = self.keeps_uvs.then_some(self.uvs.len());
-                let triangles = self
-                    .corners
-                    .face(words, &place, sizes, uvs, limits, self.budget)?;
+                let triangles = self.corners.face(words, sizes, uvs, limits, self.budget)?;
                 let surface = self.current.unwrap_or(NO_SURFACE);
                 self.budget.reserve(&mut self.surface_of, triangles)?;
                 self.surface_of.resize(self.surface_of.len() + triangles, surface);
@@ -283,6 +313,8 @@ impl<'b> Obj<'b> {
             self.notes.push(note);
         }
         let mut left_out = LeftOut::default();
+        left_out.small_faces(self.corners.small);
+        left_out.odd_normals(self.odd_normals);
         if !self.corners.is_empty() {
             left_out.count(self.line_elements, "line element", "line elements");
             left_out.count(self.point_elements, "point element", "point elements");
@@ -326,7 +358,7 @@ impl<'b> Obj<'b> {
         }
         let mut colors = self.colors.finish(self.x.len(), self.budget)?;
         self.notes.extend(clamped_note(clamp_colors(&mut colors), path));
-        let is_cloud = self.corners.is_empty() && !self.x.is_empty();
+        let is_cloud = self.corners.is_empty() && self.corners.small == 0 && !self.x.is_empty();
         if self.surfaces.is_empty() {
             self.surface_of = Vec::new();
         } else if self.surface_of.contains(&NO_SURFACE) {
@@ -403,69 +435,25 @@ fn name<'a>(words: &Words<'a>) -> &'a [u8] {
     words.text(words.rest())
 }
 
+/// Three numbers and their places.
 fn vector(
     words: &mut Words<'_>,
     keyword: &Range<usize>,
     names: [&'static str; 3],
-) -> Result<[f32; 3], TextFault> {
-    let mut vector = [0.0; 3];
-    for (value, what) in vector.iter_mut().zip(names) {
+) -> Result<([f32; 3], [Range<usize>; 3]), TextFault> {
+    let (mut vector, mut places) = ([0.0; 3], [0..0, 0..0, 0..0]);
+    for ((value, of), what) in vector.iter_mut().zip(&mut places).zip(names) {
         let Some((word, place)) = words.next() else {
             let message = format!("the line ends before `{what}`, expected three numbers");
             return Err(TextFault::new(keyword.start..words.rest().end, message));
         };
-        let number: f32 = fast_float2::parse(word).map_err(|_| {
+        *value = fast_float2::parse(word).map_err(|_| {
             let message = format!("`{what}` is {}, expected a number", quote(word));
             TextFault::new(place.clone(), message)
         })?;
-        if !is_usable(number) {
-            let error = SceneError::NotUsable { what, value: number };
-            return Err(TextFault::new(place, error.to_string()));
-        }
-        *value = number;
+        *of = place;
     }
-    Ok(vector)
-}
-
-/// A corner's word: `v`, `v/vt`, `v//vn` or `v/vt/vn`.
-fn corner(word: &[u8]) -> Option<Corner> {
-    let mut parts = word.split(|&byte| byte == b'/');
-    let position = whole(parts.next()?)?;
-    let texture = parts.next();
-    let normal = parts.next();
-    if parts.next().is_some() || texture.is_some_and(|word| !word.is_empty() && whole(word).is_none()) {
-        return None;
-    }
-    let normal = match normal {
-        None | Some([]) => None,
-        Some(word) => Some(whole(word)?),
-    };
-    let texture = texture.and_then(whole);
-    Some(Corner {
-        position,
-        texture,
-        normal,
-    })
-}
-
-#[inline]
-fn whole(word: &[u8]) -> Option<i64> {
-    let (sign, digits) = match word {
-        [b'-', digits @ ..] => (-1, digits),
-        [b'+', digits @ ..] | digits => (1, digits),
-    };
-    // Longer ones are out of range and would overflow.
-    if digits.is_empty() || digits.len() > 18 {
-        return None;
-    }
-    let mut value = 0;
-    for digit in digits {
-        if !digit.is_ascii_digit() {
-            return None;
-        }
-        value = value * 10 + i64::from(digit - b'0');
-    }
-    Some(sign * value)
+    Ok((vector, places))
 }
 
 #[cfg(test)]

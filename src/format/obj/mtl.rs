@@ -12,7 +12,10 @@ use crate::{
     error::quote,
     scene::{CutOut, MAX_MATERIALS, Opacity, SurfaceTextures, Texture, Wrap},
 };
-use std::path::{Path, PathBuf};
+use std::{
+    borrow::Cow,
+    path::{Path, PathBuf},
+};
 
 /// Memory of a material's name beside its letters, bytes: its allocation, and its entry in a map.
 const NAME_BYTES: usize = 80;
@@ -35,7 +38,7 @@ pub(super) fn parse(
     budget: &Budget,
     most: usize,
 ) -> Result<Vec<(Vec<u8>, Surface)>, String> {
-    let mut materials: Vec<Reading> = Vec::new();
+    let mut materials: Vec<Reading<'_>> = Vec::new();
     let mut left_out = NotRead::default();
     let (mut start, mut has_faults, mut has_bright) = (after_mark(text), false, false);
     for line in text[start..].split_inclusive(|&byte| byte == b'\n') {
@@ -73,14 +76,18 @@ pub(super) fn parse(
             b"d" => opacity(words).map(|opacity| material.opaque = Some(opacity)),
             b"tr" => number(&mut words).map(|share| material.transparent = share),
             b"disp" | b"decal" | b"bump" | b"refl" | b"norm" => {
-                left_out.textures += 1;
-                add_texture_file(texture_files, path, &texture_file(words).name);
+                left_out.add_texture(written);
+                add_texture_file(texture_files, path, &texture_file(words).name());
                 Some(())
             }
             _ if keyword.starts_with(b"map_") => {
                 let file = texture_file(words);
-                add_texture_file(texture_files, path, &file.name);
-                material.read_map(&keyword, &file, (path, &mut *images), budget, &mut left_out)?;
+                add_texture_file(texture_files, path, &file.name());
+                let read = material.read_map(&keyword, &file, (path, &mut *images), budget)?;
+                left_out.moved += usize::from(read && file.is_moved);
+                if !read && keyword != b"map_ka" {
+                    left_out.add_texture(written);
+                }
                 Some(())
             }
             _ => {
@@ -109,7 +116,8 @@ pub(super) fn parse(
 /// What the library contains but octray does not read.
 #[derive(Default)]
 struct NotRead<'a> {
-    textures: usize,
+    /// Keywords of textures, likewise as those of other statements.
+    textures: Vec<&'a [u8]>,
     /// Textures that are offset or scaled.
     moved: usize,
     /// Keywords of other statements, each once, and not more than are listed.
@@ -117,6 +125,12 @@ struct NotRead<'a> {
 }
 
 impl<'a> NotRead<'a> {
+    fn add_texture(&mut self, keyword: &'a [u8]) {
+        if self.textures.len() <= MOST_NAMES && !self.textures.contains(&keyword) {
+            self.textures.push(keyword);
+        }
+    }
+
     /// A statement of no known kind. Programs write many with values that change nothing.
     fn add_statement(&mut self, keyword: &'a [u8], mut words: Words<'_>) {
         let neutral = match keyword.to_ascii_lowercase().as_slice() {
@@ -133,15 +147,29 @@ impl<'a> NotRead<'a> {
         }
     }
 
-    fn list(&self, materials: &[Reading]) -> LeftOut {
+    fn list(&mut self, materials: &[Reading<'_>]) -> LeftOut {
+        // Ambient light takes the diffuse colour, and so its texture.
+        let has_ambient = |material: &Reading<'_>| {
+            material.ambient_file.is_some() && material.ambient_file != material.base_file
+        };
+        if materials.iter().any(has_ambient) {
+            self.add_texture(b"map_Ka");
+        }
         let mut left_out = LeftOut::default();
-        left_out.count(self.textures, "texture", "textures");
+        if !self.textures.is_empty() {
+            let what = if self.textures.len() == 1 {
+                "texture"
+            } else {
+                "textures"
+            };
+            left_out.add(&format!("{what} {}", name_list(self.textures.iter().copied())));
+        }
         left_out.count(
             self.moved,
             "offset or scale of a texture",
             "offsets or scales of textures",
         );
-        let count = |is: fn(&&Reading) -> bool| materials.iter().filter(is).count();
+        let count = |is: fn(&&Reading<'_>) -> bool| materials.iter().filter(is).count();
         for (what, count) in [
             (
                 "full transparency",
@@ -164,7 +192,7 @@ impl<'a> NotRead<'a> {
 }
 
 /// A material that is being read.
-struct Reading {
+struct Reading<'a> {
     name: Vec<u8>,
     diffuse: Option<[f32; 3]>,
     specular: Option<[f32; 3]>,
@@ -172,6 +200,9 @@ struct Reading {
     has_highlight: bool,
     base: Option<Texture>,
     mask: Option<Texture>,
+    /// The files of `map_Kd` and `map_Ka`, as written.
+    base_file: Option<&'a [u8]>,
+    ambient_file: Option<&'a [u8]>,
     /// `d`, and its complement `Tr`.
     opaque: Option<f32>,
     transparent: f32,
@@ -181,7 +212,7 @@ struct Reading {
     is_traced: bool,
 }
 
-impl Reading {
+impl<'a> Reading<'a> {
     fn new(name: Vec<u8>) -> Self {
         Self {
             name,
@@ -191,6 +222,8 @@ impl Reading {
             has_highlight: true,
             base: None,
             mask: None,
+            base_file: None,
+            ambient_file: None,
             opaque: None,
             transparent: 0.0,
             emission: [0.0; 3],
@@ -199,36 +232,37 @@ impl Reading {
         }
     }
 
-    /// Reads a statement `map_...`, whose keyword is in lower case.
+    /// Reads a statement `map_...`, whose keyword is in lower case. Returns whether its texture is shown.
     ///
     /// # Errors
     /// The images do not fit into the budget.
     fn read_map(
         &mut self,
         keyword: &[u8],
-        file: &TextureFile,
+        file: &TextureFile<'a>,
         (path, images): (&Path, &mut Images),
         budget: &Budget,
-        left_out: &mut NotRead<'_>,
-    ) -> Result<(), String> {
+    ) -> Result<bool, String> {
         let map = match keyword {
-            b"map_kd" => &mut self.base,
+            b"map_kd" => {
+                self.base_file = Some(file.written);
+                &mut self.base
+            }
             b"map_ke" => &mut self.emission_map,
             b"map_d" => &mut self.mask,
-            _ => {
-                left_out.textures += 1;
-                return Ok(());
+            b"map_ka" => {
+                self.ambient_file = Some(file.written);
+                return Ok(false);
             }
+            _ => return Ok(false),
         };
-        left_out.moved += usize::from(file.is_moved);
-        let image = images.number(path, &file.name, budget);
+        let image = images.number(path, &file.name(), budget);
         *map = image.map_err(|error| error.to_string())?.map(|image| Texture {
             image,
             wrap: [file.wrap; 2],
             nearest: false,
         });
-        left_out.textures += usize::from(map.is_none());
-        Ok(())
+        Ok(map.is_some())
     }
 
     /// How opaque it is; `None` if it would be invisible. That is mostly a mistake: some programs write `Tr 1` or `d 0` for
@@ -285,15 +319,21 @@ impl Reading {
 }
 
 /// What a texture statement says.
-struct TextureFile {
-    name: String,
+struct TextureFile<'a> {
+    written: &'a [u8],
     wrap: Wrap,
     /// Whether the texture is offset or scaled.
     is_moved: bool,
 }
 
+impl TextureFile<'_> {
+    fn name(&self) -> Cow<'_, str> {
+        String::from_utf8_lossy(self.written)
+    }
+}
+
 /// Reads a texture statement: options, and the file's name.
-fn texture_file(mut words: Words<'_>) -> TextureFile {
+fn texture_file(mut words: Words<'_>) -> TextureFile<'_> {
     let mut name = words.rest();
     let (mut wrap, mut is_moved) = (Wrap::Repeat, false);
     while let Some((option @ [b'-', ..], _)) = words.next() {
@@ -325,7 +365,7 @@ fn texture_file(mut words: Words<'_>) -> TextureFile {
         .trim_ascii_end();
     let unquoted = name.strip_prefix(b"\"").and_then(|name| name.strip_suffix(b"\""));
     TextureFile {
-        name: String::from_utf8_lossy(unquoted.unwrap_or(name)).into_owned(),
+        written: unquoted.unwrap_or(name),
         wrap,
         is_moved,
     }

@@ -117,7 +117,9 @@ fn what_is_not_read_is_said() {
     let mesh = load(&format!("mtllib a b.mtl\n{SQUARE}f 1 2 3"), mtl).expect("a mesh");
     assert_eq!(
         mesh.notes,
-        ["folder/a b.mtl: left out: 2 textures, reflection or refraction of 1 material, statements `Pr`"]
+        [
+            "folder/a b.mtl: left out: textures `map_Bump`, `norm`, reflection or refraction of 1 material, statements `Pr`"
+        ]
     );
     let opacity = |surface: &Surface| surface.textures.opacity.map(|opacity| opacity.factor);
     let found: Vec<_> = mesh.surfaces[..3].iter().map(opacity).collect();
@@ -150,9 +152,12 @@ fn faults_have_places() {
         let mesh = mesh(&format!("v 0 0 0 {weight}\n"));
         assert!(mesh.columns.colors.is_empty(), "{weight}");
     }
-    assert_eq!(fault("vn inf 0 0"), "1:4: nx is inf, expected a finite number");
+    assert_eq!(fault("vn 0 0 x"), "1:8: `nz` is `x`, expected a number");
     let with = |line: &str| fault(&format!("{SQUARE}{line}\n"));
-    assert_eq!(with("f 1 2"), "5:1: face with 2 corners, expected 3 or more");
+    assert_eq!(
+        with("f 1 9"),
+        "5:5: vertex index 9, but there are only 4 vertices"
+    );
     assert_eq!(
         with("f 1 2 0"),
         "5:7: vertex index 0, expected 1 for the first, or a negative index"
@@ -167,7 +172,7 @@ fn faults_have_places() {
     );
     assert_eq!(
         with("f 1//1 2 3"),
-        "5:3: normal index 1, but there are only 0 normals"
+        "5:3: normal index 1, but there are no normals"
     );
     assert_eq!(
         with("vn 0 0 1\nf 1//-2 2 3"),
@@ -239,10 +244,10 @@ fn what_other_programs_write() {
 
 #[test]
 fn a_byte_order_mark_is_not_part_of_the_first_word() {
-    let text = "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 2 3 4\n";
+    let text = "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 2 3 4\nf 1 2 3\n";
     let marked = mesh(&format!("\u{feff}{text}"));
     assert_eq!(marked.columns.x, mesh(text).columns.x);
-    assert_eq!(marked.columns.triangles, [[1, 2, 3]]);
+    assert_eq!(marked.columns.triangles, [[1, 2, 3], [0, 1, 2]]);
     assert!(marked.notes.is_empty());
 }
 

@@ -1,4 +1,5 @@
 use super::*;
+use glam::Vec3;
 
 fn load(text: &str) -> Result<LoadedMesh, String> {
     let loaded = parse(text.as_bytes(), Path::new("a.off"), &Budget::unlimited());
@@ -58,7 +59,7 @@ fn colours_of_vertices_and_faces() {
     );
     assert_eq!(
         faces.notes,
-        ["a.off: left out: 1 face with less than three corners, 1 numbered colour"]
+        ["a.off: left out: 1 face with fewer than 3 corners, 1 numbered colour"]
     );
 }
 

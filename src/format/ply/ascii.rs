@@ -6,7 +6,7 @@ use super::{
     lines,
     rows::{Fault, Place, Values, Wrong},
 };
-use crate::{format::budget::Budget, scene::TriangleMesh};
+use crate::scene::TriangleMesh;
 use serde_ply::ScalarType;
 use std::ops::Range;
 
@@ -140,7 +140,7 @@ impl Values for Text<'_> {
         self.bytes.get(self.word.clone())
     }
 
-    fn place(&self, start: usize, _record: usize, whole_record: bool) -> Place {
+    fn place(&self, start: usize, whole_record: bool) -> Place {
         if whole_record {
             let end = self.line_end(start);
             let blanks = self.bytes.get(start..end).unwrap_or_default();
@@ -158,9 +158,9 @@ impl Values for Text<'_> {
         &mut self,
         element: &Element,
         mesh: &mut TriangleMesh,
-        budget: &Budget,
+        faces: &mut Faces<'_>,
     ) -> Result<bool, Fault> {
-        lines::vertices(self, element, mesh, budget)
+        lines::vertices(self, element, mesh, faces)
     }
 
     fn fast_faces(

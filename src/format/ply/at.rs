@@ -39,7 +39,7 @@ impl At<'_> {
 
     fn fault<V: Values>(&self, values: &V, message: String) -> Fault {
         Fault {
-            place: values.place(self.start, self.record, false),
+            place: values.place(self.start, false),
             message: message + &values.where_in_file("the record", self.start),
         }
     }
@@ -73,7 +73,7 @@ impl At<'_> {
         let noun = if vertices == 1 { "vertex" } else { "vertices" };
         let place = values.where_in_file(&self.record(), self.start);
         Fault {
-            place: values.place(self.start, self.record, true),
+            place: values.place(self.start, true),
             message: format!("vertex index {index}, but the file has only {vertices} {noun}{place}"),
         }
     }

@@ -7,7 +7,7 @@ use super::{
     header::{Element, Role, scalar_size},
     rows::{Fault, Place, Values, Wrong, reserve},
 };
-use crate::{format::budget::Budget, scene::TriangleMesh};
+use crate::scene::TriangleMesh;
 use serde_ply::ScalarType;
 
 /// Reads values that follow each other directly, in the byte order of `BIG_ENDIAN`.
@@ -139,8 +139,9 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
         None
     }
 
-    fn place(&self, _start: usize, record: usize, _whole_record: bool) -> Place {
-        Place::Record(record)
+    fn place(&self, _start: usize, _whole_record: bool) -> Place {
+        // The message names the record and its first byte.
+        Place::File
     }
 
     fn where_in_file(&self, record: &str, start: usize) -> String {
@@ -151,9 +152,9 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
         &mut self,
         element: &Element,
         mesh: &mut TriangleMesh,
-        budget: &Budget,
+        faces: &mut Faces<'_>,
     ) -> Result<bool, Fault> {
-        let end = fixed::vertices::<BIG_ENDIAN>(&self.bytes, self.at, element, mesh, budget)?;
+        let end = fixed::vertices::<BIG_ENDIAN>(&self.bytes, self.at, element, mesh, faces)?;
         self.at = end.unwrap_or(self.at);
         Ok(end.is_some())
     }

@@ -1,6 +1,7 @@
 //! Decides which colours and textures of a file are shown, and names the others.
 
 use super::{
+    faces::Translucent,
     header::{Element, Header, Role, Step},
     slots::{COLOR_SLOT, UV_SLOT},
 };
@@ -144,7 +145,7 @@ impl Header {
     }
 
     /// The contents of the file that are not read.
-    pub(super) fn left_out(&self) -> LeftOut {
+    pub(super) fn left_out(&self, translucent: Translucent) -> LeftOut {
         let mut left_out = LeftOut::default();
         for element in self.elements.iter().filter(|element| element.count > 0) {
             let noun = match element.role {
@@ -160,6 +161,14 @@ impl Header {
                 }
             };
             self.add_properties(element, noun, &mut left_out);
+            let is_translucent = match element.role {
+                Role::Vertex => translucent.vertex,
+                Role::Face => translucent.face,
+                _ => false,
+            };
+            if is_translucent {
+                left_out.add(&format!("{noun} alpha"));
+            }
         }
         if let Some(word) = &self.odd_up {
             left_out.add(&format!("a comment that {word} is up, which is no axis"));
@@ -177,7 +186,8 @@ impl Header {
         let mut others = Vec::new();
         for (_, name) in names.filter(|(step, _)| is_left_out(step)) {
             match name.as_str() {
-                "alpha" | "a" if element.keeps(COLOR_SLOT) => left_out.add(&format!("{noun} alpha")),
+                // Where all are opaque, nothing is lost.
+                "alpha" | "a" if element.keeps(COLOR_SLOT) => {}
                 "red" | "green" | "blue" | "alpha" | "diffuse_red" | "diffuse_green" | "diffuse_blue"
                 | "r" | "g" | "b" | "a" => {
                     let more = if element.keeps(COLOR_SLOT) { "more " } else { "" };

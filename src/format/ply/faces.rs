@@ -1,9 +1,10 @@
 //! The faces of a mesh, or its lines, while they are read.
 
-use super::painted::Paint;
+use super::{painted::Paint, rows::Fault};
 use crate::{
     format::{
         budget::{Budget, BudgetError},
+        mesh::Unusable,
         polygon::Fans,
     },
     scene::is_usable,
@@ -18,10 +19,25 @@ pub(super) struct Faces<'a> {
     pub(super) fans: Fans,
     /// Their colours and textures.
     pub(super) paint: Paint,
+    /// How many faces have fewer than three corners; they are left out.
+    pub(super) small: usize,
+    /// Vertices that are not usable.
+    pub(super) unusable: Unusable<Fault>,
+    /// How many normals are not usable.
+    pub(super) odd_normals: usize,
+    /// What is less than opaque.
+    pub(super) translucent: Translucent,
     /// How many texture coordinates are not usable.
     pub(super) odd_uvs: usize,
     /// The memory budget of all.
     pub(super) budget: &'a Budget,
+}
+
+/// Whether an alpha is less than 1.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Translucent {
+    pub(super) vertex: bool,
+    pub(super) face: bool,
 }
 
 /// What replaces a texture coordinate that is not usable.
@@ -40,6 +56,10 @@ impl<'a> Faces<'a> {
             lines: Vec::new(),
             fans: Fans::default(),
             paint: Paint::default(),
+            small: 0,
+            unusable: Unusable::default(),
+            odd_normals: 0,
+            translucent: Translucent::default(),
             odd_uvs: 0,
             budget,
         }
@@ -47,6 +67,7 @@ impl<'a> Faces<'a> {
 
     /// Adds a part of the faces, which has no paint.
     pub(super) fn append(&mut self, mut part: Self) -> Result<(), BudgetError> {
+        self.small += part.small;
         self.fans.append(part.fans, self.triangles.len(), self.budget)?;
         if self.triangles.capacity() == 0 {
             self.triangles = part.triangles;
@@ -57,9 +78,11 @@ impl<'a> Faces<'a> {
         Ok(())
     }
 
-    /// Adds a polygon of triangles that follow.
+    /// Adds a polygon with this many corners, whose triangles follow.
     #[inline]
-    pub(super) fn add_fan(&mut self, triangles: usize) -> Result<(), BudgetError> {
+    pub(super) fn add_fan(&mut self, corners: usize) -> Result<(), BudgetError> {
+        self.small += usize::from(corners < 3);
+        let triangles = corners.saturating_sub(2);
         self.budget.reserve(&mut self.triangles, triangles)?;
         self.fans.add(self.triangles.len(), triangles, 1, self.budget)
     }

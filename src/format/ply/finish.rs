@@ -88,7 +88,7 @@ fn surfaces(
     notes: &mut Vec<String>,
 ) -> Result<(Vec<Surface>, Vec<Image>), BudgetError> {
     let (paint, budget) = (&faces.paint, faces.budget);
-    let mut left_out = header.left_out();
+    let mut left_out = header.left_out(faces.translucent);
     let (mut images, mut numbers) = (Images::default(), Vec::new());
     if header.shows_textures() {
         budget.reserve(&mut numbers, header.textures.len())?;
@@ -98,6 +98,8 @@ fn surfaces(
         let unread = numbers.iter().filter(|number| number.is_none()).count();
         left_out.count(unread, "texture", "textures");
     }
+    left_out.small_faces(faces.small);
+    left_out.odd_normals(faces.odd_normals);
     left_out.count(
         faces.odd_uvs,
         "texture coordinate that is NaN or too large",

@@ -15,7 +15,10 @@ use crate::{
 use glam::Vec3;
 use rayon::prelude::*;
 use serde_ply::ScalarType;
-use std::iter::repeat_n;
+use std::{
+    iter::repeat_n,
+    sync::atomic::{AtomicBool, Ordering},
+};
 
 /// How many records are read at a time: few enough to stay in the cache.
 const PIECE: usize = 1 << 12;
@@ -42,7 +45,7 @@ pub(super) fn read_all<'b, const BIG_ENDIAN: bool>(
     let mut at = header.body;
     for element in header.needed() {
         let end = match element.role {
-            Role::Vertex => vertices::<BIG_ENDIAN>(source, at, element, &mut mesh, budget)?,
+            Role::Vertex => vertices::<BIG_ENDIAN>(source, at, element, &mut mesh, &mut triangles)?,
             Role::Face if element.is_painted() => None,
             Role::Face => faces::<BIG_ENDIAN>(source, at, element, header.vertices, &mut triangles)?,
             Role::Other => end_of(element, at),
@@ -71,18 +74,26 @@ struct VertexLayout {
     normal: Option<[Part; 3]>,
     color: Option<[Part; 3]>,
     uv: Option<[Part; 2]>,
+    /// That of the colours; only whether it is less than 1 matters.
+    alpha: Option<Part>,
 }
 
 impl VertexLayout {
     /// `None` if the records differ in size.
     fn of(element: &Element) -> Option<Self> {
         let mut parts: [Option<Part>; SLOTS] = [None; SLOTS];
-        let mut offset = 0;
-        for step in &element.steps {
+        let (mut offset, mut alpha) = (0, None);
+        let alpha_i = element.alpha();
+        for (i, step) in element.steps.iter().enumerate() {
             if let Step::Keep { slot, scalar } = *step
                 && let Some(part) = parts.get_mut(slot)
             {
                 *part = Some((offset, scalar));
+            }
+            if let Step::Skip(scalar) = *step
+                && alpha_i == Some(i)
+            {
+                alpha = Some((offset, scalar));
             }
             offset += step.size()?;
         }
@@ -99,6 +110,7 @@ impl VertexLayout {
                 Some(&[Some(u), Some(v)]) => Some([u, v]),
                 _ => None,
             },
+            alpha,
         })
     }
 }
@@ -110,7 +122,7 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
     at: usize,
     element: &Element,
     mesh: &mut TriangleMesh,
-    budget: &Budget,
+    faces: &mut Faces<'_>,
 ) -> Result<Option<usize>, Fault> {
     let (Some(end), Some(layout)) = (end_of(element, at), VertexLayout::of(element)) else {
         return Ok(None);
@@ -121,7 +133,9 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
         normal,
         color,
         uv,
+        alpha,
     } = layout;
+    let is_translucent = AtomicBool::new(false);
     if end > source.length() {
         return Ok(None);
     }
@@ -130,7 +144,7 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
         colors: color.is_some(),
         uvs: uv.is_some(),
     };
-    let mut columns = VertexColumns::zeroed(element, has, budget)?;
+    let mut columns = VertexColumns::zeroed(element, has, faces.budget)?;
     let pieces = columns.pieces(repeat_n(PIECE, element.count.div_ceil(PIECE)));
     let read = pieces
         .into_par_iter()
@@ -154,13 +168,23 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
             let colors_too =
                 color.is_none_or(|color| read_colors::<BIG_ENDIAN>(records, stride, color, piece.colors));
             let uvs_too = uv.is_none_or(|uv| read_uvs::<BIG_ENDIAN>(records, stride, uv, piece.uvs));
+            if alpha.is_some_and(|alpha| !is_opaque::<BIG_ENDIAN>(records, stride, alpha)) {
+                is_translucent.store(true, Ordering::Relaxed);
+            }
             (to_columns && normals_too && colors_too && uvs_too).then_some(())
         });
     if read.is_none() {
         return Ok(None);
     }
     columns.move_into(mesh);
+    faces.translucent.vertex |= is_translucent.into_inner();
     Ok(Some(end))
+}
+
+/// Whether the alpha of each record is 1.
+fn is_opaque<const BIG_ENDIAN: bool>(records: &[u8], stride: usize, alpha: Part) -> bool {
+    let mut records = records.chunks_exact(stride);
+    records.all(|record| number::<BIG_ENDIAN>(record, alpha) == color_scale(alpha.1))
 }
 
 /// Reads a texture coordinate of each record. Returns whether all are usable.

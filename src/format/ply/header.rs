@@ -342,6 +342,18 @@ impl Element {
             .any(|step| matches!(step, Step::Keep { slot, .. } if *slot == wanted))
     }
 
+    /// The number of the property that is the alpha of the colours; it is not kept.
+    pub(super) fn alpha(&self) -> Option<usize> {
+        let names = self.property_names.iter().zip(&self.steps);
+        let is_alpha = |(name, step): (&String, &Step)| {
+            matches!(name.as_str(), "alpha" | "a") && matches!(step, Step::Skip(_))
+        };
+        names
+            .map(is_alpha)
+            .position(|is_alpha| is_alpha)
+            .filter(|_| self.keeps(COLOR_SLOT))
+    }
+
     /// The least bytes that a record takes, if its lists are empty.
     fn least_bytes(&self, format: PlyFormat) -> usize {
         let size = |scalar| match format {

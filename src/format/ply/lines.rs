@@ -15,6 +15,7 @@ use crate::{
 };
 use glam::Vec3;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// About how many bytes of text a task reads.
 const BLOCK: usize = 1 << 17;
@@ -24,14 +25,21 @@ pub(super) fn vertices(
     text: &mut Text<'_>,
     element: &Element,
     mesh: &mut TriangleMesh,
-    budget: &Budget,
+    faces: &mut Faces<'_>,
 ) -> Result<bool, Fault> {
     let count = element.count;
-    let slot = |step: &Step| match *step {
+    let alpha = element.alpha();
+    let slot = |(i, step): (usize, &Step)| match *step {
         Step::Keep { slot, .. } => slot,
+        _ if alpha == Some(i) => ALPHA,
         _ => SKIPPED,
     };
-    let slots: Vec<usize> = element.steps.iter().map(slot).collect();
+    let slots: Vec<usize> = element.steps.iter().enumerate().map(slot).collect();
+    let opaque = alpha.and_then(|alpha| match element.steps.get(alpha) {
+        Some(&Step::Skip(scalar)) => Some(color_scale(scalar)),
+        _ => None,
+    });
+    let is_translucent = AtomicBool::new(false);
     let scales = color_scales(element);
     let (Some(blocks), Some(_)) = (first_lines(text.rest(), count), element.stride()) else {
         return Ok(false);
@@ -41,12 +49,15 @@ pub(super) fn vertices(
         colors: slots.contains(&COLOR_SLOT),
         uvs: slots.contains(&UV_SLOT),
     };
-    let mut columns = VertexColumns::zeroed(element, has, budget)?;
+    let mut columns = VertexColumns::zeroed(element, has, faces.budget)?;
     let pieces = columns.pieces(blocks.iter().map(|block| block.lines));
     let parts: Vec<_> = blocks.iter().map(|block| block.text).zip(pieces).collect();
     let read = parts.into_par_iter().try_for_each(|(mut rest, piece)| {
         for (i, ((x, y), z)) in piece.x.iter_mut().zip(piece.y).zip(piece.z).enumerate() {
-            let [px, py, pz, nx, ny, nz, red, green, blue, u, v, _] = vertex(&mut rest, &slots)?;
+            let [px, py, pz, nx, ny, nz, red, green, blue, u, v, _, alpha] = vertex(&mut rest, &slots)?;
+            if opaque.is_some_and(|opaque| alpha != opaque) {
+                is_translucent.store(true, Ordering::Relaxed);
+            }
             (*x, *y, *z) = (px, py, pz);
             if let Some(normal) = piece.normals.get_mut(i) {
                 *normal = Vec3::new(nx, ny, nz);
@@ -65,6 +76,7 @@ pub(super) fn vertices(
         return Ok(false);
     }
     columns.move_into(mesh);
+    faces.translucent.vertex |= is_translucent.into_inner();
     text.pass(length(&blocks));
     Ok(true)
 }
@@ -205,11 +217,13 @@ fn polygons<'a>(
 
 /// The slot of numbers that are not kept.
 const SKIPPED: usize = SLOTS;
+/// That of alpha.
+const ALPHA: usize = SLOTS + 1;
 
 /// Reads a line that holds one vertex and nothing else; returns its numbers by slot.
 #[inline]
-fn vertex(rest: &mut &[u8], slots: &[usize]) -> Option<[f32; SKIPPED + 1]> {
-    let mut kept = [0.0; SKIPPED + 1];
+fn vertex(rest: &mut &[u8], slots: &[usize]) -> Option<[f32; ALPHA + 1]> {
+    let mut kept = [0.0; ALPHA + 1];
     for &slot in slots {
         let value = real(rest)?;
         if slot < COLOR_SLOT && !is_usable(value) || slot < SLOTS && !value.is_finite() {
@@ -229,7 +243,7 @@ fn face(rest: &mut &[u8], layout: &FaceLine, faces: &mut Faces<'_>) -> Option<()
     if corners as usize > rest.len() / 2 {
         return None;
     }
-    faces.add_fan(corners.saturating_sub(2) as usize).ok()?;
+    faces.add_fan(corners as usize).ok()?;
     let (mut first, mut previous) = (0, 0);
     for corner in 0..corners {
         let index = whole(rest).filter(|&index| (index as usize) < layout.vertices)?;

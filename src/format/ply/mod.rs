@@ -1,6 +1,6 @@
 //! PLY meshes: text, and binary of both byte orders; any scalar types; elements and properties in any order.
 //!
-//! Polygons become triangles, also concave ones (`format/polygon.rs`). Faces of fewer than three corners are skipped.
+//! Polygons become triangles, also concave ones (`format/polygon.rs`). Faces of fewer than three corners are left out.
 //! Vertices have positions, normals, colours and texture coordinates; faces have colours, texture coordinates of their
 //! corners, and the number of a texture. A file without faces shows its vertices as points, and the lines between them
 //! (`edge`, with `vertex1` and `vertex2`). Triangle strips (`tristrips`, of Cyberware's and Stanford's programs) are read.
@@ -34,13 +34,10 @@ use super::{
     OpenMesh,
     budget::Budget,
     files,
-    mesh::LoadedMesh,
+    mesh::{LoadedMesh, Unusable},
     source::{OpenFile, Opened, Pieces},
 };
-use crate::{
-    error::{LoadError, SourcePos},
-    scene::TriangleMesh,
-};
+use crate::{error::LoadError, scene::TriangleMesh};
 use ascii::Text;
 use binary::Binary;
 use faces::Faces;
@@ -53,9 +50,10 @@ use std::{
     sync::Arc,
 };
 
-/// Reads a mesh. `name` stands for the file in errors. A file without vertices or faces is an empty mesh.
+/// Reads a mesh. `name` stands for the file in errors. A file without vertices or faces is an empty mesh. Vertices that no
+/// face uses are left out, and so are faces and points with coordinates that are NaN or too large.
 ///
-/// An error in a binary file is placed by its record, counted from 1, instead of its line.
+/// An error in a binary file names the record, counted from 1, and its first byte, instead of a line.
 ///
 /// ```
 /// let bytes = b"ply\nformat ascii 1.0\n\
@@ -68,8 +66,8 @@ use std::{
 /// ```
 ///
 /// # Errors
-/// [`LoadError`]: a header that is not understood or promises more than the file holds, a value that is not a number,
-/// not finite or too large, a vertex index out of range, a file that is cut short.
+/// [`LoadError`]: a header that is not understood or promises more than the file holds, a value that is not a number, a
+/// vertex index out of range, a file that is cut short, positions that are all NaN or too large.
 pub fn parse(bytes: &[u8], name: &Path) -> Result<TriangleMesh, LoadError> {
     let no_images = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
     parse_mesh(bytes, name, Some(no_images), &Budget::unlimited()).map(|mesh| mesh.columns)
@@ -83,8 +81,8 @@ pub(super) fn parse_mesh(
     open: Option<OpenMesh<'_>>,
     budget: &Budget,
 ) -> Result<LoadedMesh, LoadError> {
-    let (header, read) = read_values(bytes, name, open.is_some(), budget)?;
-    finish(read, &header, name, open, budget)
+    let read = read_values(bytes, name, open.is_some(), budget)?;
+    finish(read, name, open, budget)
 }
 
 /// Reads a mesh piece by piece if its layout allows it, so that the file is never in memory together with the mesh.
@@ -97,22 +95,27 @@ pub(super) fn read(
     let before = budget.taken();
     let shows_colors = open.is_some();
     if let Opened::File(file) = &opened
-        && let Some((header, read)) = read_pieces(file, name, shows_colors, budget)?
+        && let Some(read) = read_pieces(file, name, shows_colors, budget)?
     {
-        return finish(read, &header, name, open, budget);
+        return finish(read, name, open, budget);
     }
     budget.give_back_to(before);
     let bytes = opened.into_bytes(budget);
     let bytes = bytes.map_err(|error| files::load_error(name, &error))?;
-    let (header, read) = read_values(&bytes, name, shows_colors, budget)?;
+    let read = read_values(&bytes, name, shows_colors, budget)?;
     let capacity = bytes.capacity();
     drop(bytes);
     budget.give_back(capacity);
-    finish(read, &header, name, open, budget)
+    finish(read, name, open, budget)
 }
 
-/// A header, and the vertices and faces that follow.
-type Read<'b> = (Header, (TriangleMesh, Faces<'b>));
+/// A header, the vertices and faces that follow, and the unusable ones of these vertices.
+struct Read<'b> {
+    header: Header,
+    vertices: TriangleMesh,
+    faces: Faces<'b>,
+    unusable: Unusable<LoadError>,
+}
 
 fn read_values<'b>(
     bytes: &[u8],
@@ -134,8 +137,13 @@ fn read_values<'b>(
             rows::read_all(&header, &mut Binary::<true>::new(bytes, header.body), budget)
         }
     };
-    let read = read.map_err(error)?;
-    Ok((header, read))
+    let (vertices, mut faces) = read.map_err(error)?;
+    Ok(Read {
+        header,
+        vertices,
+        unusable: std::mem::take(&mut faces.unusable).map(error),
+        faces,
+    })
 }
 
 /// Files with longer headers, in bytes, are read whole.
@@ -166,27 +174,44 @@ fn read_pieces<'b>(
         PlyFormat::BinaryBigEndian => fixed::read_all::<true>(&header, file, budget),
     };
     let read = read.map_err(error)?;
-    Ok(read.map(|read| (header, read)))
+    Ok(read.map(|(vertices, faces)| Read {
+        header,
+        vertices,
+        faces,
+        unusable: Unusable::default(),
+    }))
 }
 
 /// The mesh with its images.
 fn finish(
-    read: (TriangleMesh, Faces<'_>),
-    header: &Header,
+    read: Read<'_>,
     name: &Path,
     open: Option<OpenMesh<'_>>,
     budget: &Budget,
 ) -> Result<LoadedMesh, LoadError> {
     let no_images = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
-    let finished = finish::finish(read, header, name, open.unwrap_or(no_images), budget);
-    finished.map_err(|error| error.into_error(name))
+    let Read {
+        header,
+        vertices,
+        faces,
+        unusable,
+    } = read;
+    let finished = finish::finish(
+        (vertices, faces),
+        &header,
+        name,
+        open.unwrap_or(no_images),
+        budget,
+    );
+    let mut mesh = finished.map_err(|error| error.into_error(name))?;
+    mesh.keep_used(unusable, name, budget)?;
+    Ok(mesh)
 }
 
 /// Adds the place of a fault.
 fn fault_to_error(bytes: &[u8], file: &Arc<PathBuf>, fault: &Fault) -> LoadError {
     match &fault.place {
         Place::File => LoadError::whole_file(file, &fault.message),
-        Place::Record(record) => LoadError::new(SourcePos::record(file, *record), &fault.message),
         Place::Text(range) => LoadError::in_text(file, bytes, range.clone(), &fault.message),
     }
 }

@@ -84,6 +84,7 @@ pub(super) fn read_faces<V: Values>(
     faces: &mut Faces<'_>,
 ) -> Result<(), Fault> {
     let budget = faces.budget;
+    let alpha = element.alpha();
     let mut face = Face::default();
     if header.has_corner_uvs {
         let triangles = faces.triangles.capacity();
@@ -120,6 +121,9 @@ pub(super) fn read_faces<V: Values>(
                         *channel = value / color_scale(scalar);
                     }
                 }
+                Step::Skip(scalar) if alpha == Some(step_i) => {
+                    faces.translucent.face |= is_translucent(scalar, values, &at)?;
+                }
                 _ => skip(step, values, &at)?,
             }
         }
@@ -136,6 +140,19 @@ fn texture_number<V: Values>(scalar: ScalarType, values: &mut V, at: &At<'_>) ->
         Ok(number) => Ok(u32::try_from(number).ok()),
         Err(Wrong::End) => Err(at.wrong(values, Wrong::End)),
         Err(_) => Ok(None),
+    }
+}
+
+/// Reads an alpha and returns whether it is less than opaque.
+pub(super) fn is_translucent<V: Values>(
+    scalar: ScalarType,
+    values: &mut V,
+    at: &At<'_>,
+) -> Result<bool, Fault> {
+    match values.real(scalar) {
+        Ok(alpha) => Ok(alpha != color_scale(scalar)),
+        Err(Wrong::End) => Err(at.wrong(values, Wrong::End)),
+        Err(_) => Ok(true),
     }
 }
 

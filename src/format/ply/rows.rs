@@ -5,14 +5,16 @@ use super::{
     faces::{Faces, UNKNOWN_UV, upper_left},
     header::{Element, Header, Role, Step, color_scale},
     painted,
-    slots::{COLOR_SLOT, SLOTS, UV_SLOT},
+    slots::{COLOR_SLOT, NORMAL_SLOT, SLOTS, UV_SLOT},
 };
 use crate::{
     error::quote,
-    format::budget::{Budget, BudgetError},
+    format::{
+        budget::{Budget, BudgetError},
+        mesh::{Unusable, usable_normal},
+    },
     scene::{TriangleMesh, is_usable},
 };
-use glam::Vec3;
 use serde_ply::ScalarType;
 use std::ops::Range;
 
@@ -23,8 +25,6 @@ pub(super) enum Place {
     File,
     /// Bytes of a text.
     Text(Range<usize>),
-    /// A record of a binary element, 1-based.
-    Record(usize),
 }
 
 /// What is wrong with a mesh, and its place.
@@ -86,8 +86,8 @@ pub(super) trait Values {
     fn least_bytes(scalar: ScalarType) -> usize;
     /// The last value as written, in a text.
     fn last_word(&self) -> Option<&[u8]>;
-    /// The place of the last value, or of the whole record, which starts at `start` and has the number `record`.
-    fn place(&self, start: usize, record: usize, whole_record: bool) -> Place;
+    /// The place of the last value, or of the whole record, which starts at `start`.
+    fn place(&self, start: usize, whole_record: bool) -> Place;
     /// The end of a message that says where `record` starts, if the place does not.
     fn where_in_file(&self, record: &str, start: usize) -> String;
     /// Reads the vertices with a fast path. Returns `false`, with nothing read, if their layout has no fast path or a
@@ -96,7 +96,7 @@ pub(super) trait Values {
         &mut self,
         _element: &Element,
         _mesh: &mut TriangleMesh,
-        _budget: &Budget,
+        _faces: &mut Faces<'_>,
     ) -> Result<bool, Fault> {
         Ok(false)
     }
@@ -148,11 +148,12 @@ fn read_vertices<V: Values>(
 ) -> Result<(), Fault> {
     let budget = faces.budget;
     let before = budget.taken();
-    if values.fast_vertices(element, mesh, budget)? {
+    if values.fast_vertices(element, mesh, faces)? {
         return Ok(());
     }
     budget.give_back_to(before);
     reserve_vertices(element, header, mesh, budget)?;
+    let alpha = element.alpha();
     for record in 1..=element.count {
         let start = values.begin_record();
         let mut kept = [0.0; SLOTS];
@@ -166,8 +167,11 @@ fn read_vertices<V: Values>(
             match *step {
                 Step::Keep { slot, scalar } => {
                     if let Some(kept) = kept.get_mut(slot) {
-                        *kept = vertex_number(slot, scalar, values, &at)?;
+                        *kept = vertex_number(slot, scalar, values, &at, &mut faces.unusable)?;
                     }
+                }
+                Step::Skip(scalar) if alpha == Some(step_i) => {
+                    faces.translucent.vertex |= painted::is_translucent(scalar, values, &at)?;
                 }
                 _ => skip(step, values, &at)?,
             }
@@ -182,11 +186,13 @@ fn read_vertices<V: Values>(
             values,
         )?;
         let [x, y, z, nx, ny, nz, red, green, blue, u, v] = kept;
+        faces.unusable.count += usize::from(![x, y, z].into_iter().all(is_usable));
         mesh.x.push(x);
         mesh.y.push(y);
         mesh.z.push(z);
         if header.has_normals {
-            mesh.normals.push(Vec3::new(nx, ny, nz));
+            let normal = usable_normal([nx, ny, nz], &mut faces.odd_normals);
+            mesh.normals.push(normal);
         }
         if header.has_colors {
             mesh.colors.push([red, green, blue]);
@@ -200,21 +206,25 @@ fn read_vertices<V: Values>(
     Ok(())
 }
 
-/// The number of a vertex for this slot.
+/// The number of a vertex for this slot. Positions and normals may be NaN or too large.
 #[inline]
 fn vertex_number<V: Values>(
     slot: usize,
     scalar: ScalarType,
     values: &mut V,
     at: &At<'_>,
+    unusable: &mut Unusable<Fault>,
 ) -> Result<f32, Fault> {
     if slot >= UV_SLOT {
         return uv_number(scalar, values, at);
     }
     let value = values.real(scalar).map_err(|wrong| at.wrong(values, wrong))?;
     let is_color = slot >= COLOR_SLOT;
-    if !value.is_finite() || !(is_color || is_usable(value)) {
+    if is_color && !value.is_finite() {
         return Err(at.unusable(values, slot, value));
+    }
+    if slot < NORMAL_SLOT && !is_usable(value) {
+        unusable.keep_first(|| at.unusable(values, slot, value));
     }
     Ok(if is_color {
         value / color_scale(scalar)
@@ -322,7 +332,7 @@ pub(super) fn read_corners<V: Values>(
     faces: &mut Faces<'_>,
     at: &At<'_>,
 ) -> Result<(), Fault> {
-    faces.add_fan(corners.saturating_sub(2))?;
+    faces.add_fan(corners)?;
     let (mut first, mut previous) = (0, 0);
     for corner in 0..corners {
         let index = values.whole(item).map_err(|wrong| at.wrong(values, wrong))?;

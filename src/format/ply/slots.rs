@@ -5,6 +5,8 @@ use serde_ply::PropertyType;
 
 /// How many numbers of a vertex are kept.
 pub(super) const SLOTS: usize = 11;
+/// The slot of the normal's x; y and z follow.
+pub(super) const NORMAL_SLOT: usize = 3;
 /// The slot of red; green and blue follow.
 pub(super) const COLOR_SLOT: usize = 6;
 /// The slot of the first texture coordinate; the second follows.

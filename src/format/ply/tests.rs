@@ -147,7 +147,7 @@ fn what_is_not_read_is_said() {
         notes,
         [
             "m.ply: left out: vertex colours, texture coordinates, vertex properties `confidence`, `intensity`, face \
-             properties `flags`, 2 `edge` records, textures"
+             properties `flags`, 2 `edge` records, textures, 1 face with fewer than 3 corners"
         ]
     );
 }
@@ -253,7 +253,7 @@ fn indices() {
     assert_eq!(
         fault(&bytes),
         format!(
-            "2:1: vertex index -1, but the file has only 1 vertex (face 2 of 2 starts at byte {})",
+            " vertex index -1, but the file has only 1 vertex (face 2 of 2 starts at byte {})",
             bytes.len() - 13
         )
     );
@@ -264,8 +264,8 @@ fn indices() {
 #[test]
 fn numbers() {
     assert_eq!(
-        fault(ascii("0 0 0\n0 nan 0\n", 2, 0)),
-        "11:3: vertex 2 of 2: y is NaN, expected a finite number"
+        fault(ascii("0 nan 0\ninf 0 0\n", 2, 0)),
+        "10:3: vertex 1 of 2: y is NaN, expected a finite number"
     );
     assert_eq!(
         fault(ascii("0 0 1e999", 1, 0)),
@@ -286,17 +286,14 @@ fn numbers() {
     let mut bytes = header("binary_big_endian", 2, 0).into_bytes();
     let start = bytes.len();
     bytes.extend(
-        [[0.0_f32; 3], [1.0, f32::INFINITY, f32::NAN]]
+        [[1.0, f32::INFINITY, f32::NAN], [f32::NAN, 0.0, 0.0]]
             .iter()
             .flatten()
             .flat_map(|v| v.to_be_bytes()),
     );
     assert_eq!(
         fault(bytes),
-        format!(
-            "2:1: vertex 2 of 2: y is inf, expected a finite number (the record starts at byte {})",
-            start + 12
-        )
+        format!(" vertex 1 of 2: y is inf, expected a finite number (the record starts at byte {start})")
     );
 }
 

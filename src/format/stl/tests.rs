@@ -60,6 +60,23 @@ fn odd_but_fine() {
 }
 
 #[test]
+fn counts_that_are_too_small() {
+    let with_count = |count: u8| {
+        let mut bytes = binary_file(b"", &FACETS);
+        bytes[HEADER - 4] = count;
+        bytes
+    };
+    let refused = load(&with_count(0)).expect_err("no facets");
+    assert_eq!(refused, " the header promises 0 facets, but 100 bytes follow");
+    let mesh = parse(&with_count(1), Path::new("a.stl"), &Budget::unlimited()).expect("a facet");
+    assert_eq!(mesh.columns.triangles.len(), 1);
+    assert_eq!(
+        mesh.notes,
+        ["a.stl: left out: 50 bytes after the 1 facet that the header promises"]
+    );
+}
+
+#[test]
 fn faults() {
     let refused = |bytes: &[u8]| load(bytes).expect_err("it is refused");
     assert_eq!(refused(b""), " the file is empty, expected an STL mesh");
@@ -71,18 +88,20 @@ fn faults() {
     huge[80..].fill(0xff);
     assert!(refused(&huge).starts_with(" 4294967295 facets need 214748364750 bytes, but only 0 follow"));
     let mut facets = FACETS;
-    facets[1][4] = f32::NAN;
+    (facets[0][4], facets[1][0]) = (f32::NAN, f32::INFINITY);
     assert_eq!(
         refused(&binary_file(b"", &facets)),
-        "2:1: facet 2 of 2, corner 2: y is NaN, expected a finite number (the facet starts at byte 134)"
+        " facet 1 of 2, corner 2: y is NaN, expected a finite number (the facet starts at byte 84)"
     );
     let text = |from: &str, to: &str| refused(TEXT.replacen(from, to, 1).as_bytes());
     assert_eq!(
         text("vertex 1 0 0", "vertex 1 0 x"),
         "5:12: `z` is `x`, expected a number"
     );
+    let second = TEXT.find("endsolid").expect("the end of a solid") + "endsolid".len();
+    let far = TEXT[..second].replace("vertex 1 0 0", "vertex 1 1e99 0");
     assert_eq!(
-        text("vertex 1 0 0", "vertex 1 1e99 0"),
+        refused(far.as_bytes()),
         "5:10: y is inf, expected a finite number"
     );
     assert_eq!(text("outer", "inner"), "3:1: found `inner`, expected `outer`");
@@ -112,6 +131,11 @@ fn colours_are_left_out_with_a_note() {
             .notes
     };
     let mut attributes = binary_file(b"made by something", &FACETS);
+    assert!(notes(&attributes).is_empty());
+    // Padding.
+    for facet in attributes[HEADER..].chunks_exact_mut(FACET) {
+        facet[FACET - 2..].fill(b' ');
+    }
     assert!(notes(&attributes).is_empty());
     attributes[HEADER + 2 * FACET - 1] = 0x80;
     let expected = ["a.stl: left out: facet colours (attribute bytes)"];

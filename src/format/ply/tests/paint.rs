@@ -141,10 +141,13 @@ fn coordinates_of_vertices() {
     ] {
         let text = format!(
             "{FIVE}property float {}\nproperty float {}\nelement face 1\nproperty list uchar int vertex_index\n\
-             end_header\n0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 0.5\n0 1 0 0 1\n2 2 0 1 1\n4 0 1 2 3\n",
+             end_header\n0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 0.5\n0 1 0 0 1\n2 2 0 1 1\n5 0 1 4 2 3\n",
             names[0], names[1]
         );
-        let types: [(usize, &[&str]); 2] = [(5, &["float"]), (1, &["uchar", "int", "int", "int", "int"])];
+        let types: [(usize, &[&str]); 2] = [
+            (5, &["float"]),
+            (1, &["uchar", "int", "int", "int", "int", "int"]),
+        ];
         let expected = shown(&text);
         for big_endian in [false, true] {
             let other = shown(binary(&text, &types, big_endian));
@@ -156,7 +159,7 @@ fn coordinates_of_vertices() {
             [[0.0, 1.0], [1.0, 1.0], [1.0, 0.5], [0.0, 0.0], [1.0, 0.0]]
         );
         assert_eq!(asked, [Path::new("a b.png")]);
-        assert_eq!(mesh.surface_of, [0, 0]);
+        assert_eq!(mesh.surface_of, [0; 3]);
         assert!(mesh.notes.is_empty(), "{:?}", mesh.notes);
         // Without an image all is as if there were no coordinates.
         let mesh = loaded(&text, true).expect("a mesh");
@@ -222,7 +225,13 @@ fn colors_of_faces() {
             [Surface::NEUTRAL.diffuse, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
         );
         assert_eq!(mesh.surface_of, [0, 1, 2, 1]);
-        assert_eq!(mesh.notes, ["m.ply: left out: face alpha"]);
+        assert_eq!(
+            mesh.notes,
+            ["m.ply: left out: face alpha, 1 face with fewer than 3 corners"]
+        );
+        let opaque = text.replace("uchar alpha", "double alpha").replace("KIND", kind);
+        let lines = format!("3 0 1 2 {full} 0 0 1\n").repeat(4);
+        assert!(loaded(opaque + &lines, true).expect("a mesh").notes.is_empty());
     }
     let notes = faces("float", "2").notes;
     assert_eq!(notes[1..], ["m.ply: 3 face colours are not from 0 to 1: clamped"]);
