@@ -3,8 +3,12 @@
 #[cfg(feature = "textures")]
 pub(super) use decoding::decode;
 
-use super::{Limits, budget::Budget, files, left_out::counted};
-use crate::error::{LoadError, clip_path};
+use super::left_out::counted;
+#[cfg(feature = "cli")]
+use super::{Limits, budget::Budget, files};
+#[cfg(feature = "cli")]
+use crate::error::LoadError;
+use crate::error::clip_path;
 use std::path::Path;
 
 /// Width, height and the pixels, rows from the top.
@@ -132,6 +136,6 @@ mod decoding {
 }
 
 #[cfg(not(feature = "textures"))]
-pub(super) fn decode(_: &[u8], _: &Path, _: &Budget) -> Result<Decoded, String> {
+pub(super) fn decode(_: &[u8], _: &Path, _: &super::budget::Budget) -> Result<Decoded, String> {
     Err("octray was built without its feature `textures`".to_owned())
 }

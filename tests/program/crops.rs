@@ -96,7 +96,7 @@ const FISHEYE: &str = r#"{"camera_model":"OPENCV_FISHEYE","fl_x":11,"fl_y":10,"w
 const ALL: &str = "--aov depth,normal,albedo,id,heat,mask,z,instance";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 45] = [
+const CASES: [(&str, &str, &str); 46] = [
     ("instances.scn", "exr", ALL),
     (
         "instances.scn",

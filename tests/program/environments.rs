@@ -19,12 +19,12 @@ fn folder() -> Folder {
 fn the_sky_is_above() {
     let folder = folder();
     let middle = |options: &str| {
-        let line = format!("square.obj --size 9x9 --eye 0,4,0 --up 0,0,1 --samples 64 -q -o made.png {options}");
+        let line =
+            format!("square.obj --size 9x9 --eye 0,4,0 --up 0,0,1 --samples 64 -q -o made.png {options}");
         folder.run_line(&line).succeeded();
         image::open(folder.path("made.png")).expect("a picture").to_rgb8()[(4, 4)][0]
     };
-    let [above, below] =
-        ["y", "-y"].map(|axis| middle(&format!("--environment sky.png --up-axis {axis}")));
+    let [above, below] = ["y", "-y"].map(|axis| middle(&format!("--environment sky.png --up-axis {axis}")));
     assert!(above > below + 20, "{above} {below}");
     image::open(folder.path("sky.png"))
         .unwrap()
