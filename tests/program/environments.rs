@@ -51,7 +51,11 @@ fn wrong_environments() {
             "needs --style studio or clay",
         ),
         ("--environment sky.png --lit-from 1,0,0", 2, "cannot be used with"),
-        ("--environment sky.png -o sky.png", 2, "sky.png"),
+        (
+            "--environment sky.png -o sky.png",
+            1,
+            "would replace a file of square.obj",
+        ),
     ] {
         let arguments: Vec<_> = ["square.obj"].into_iter().chain(options.split(' ')).collect();
         folder.fails(&arguments, code, words);
