@@ -148,17 +148,28 @@ impl CameraRays {
         (0..rows).flat_map(move |row| (0..columns).map(move |column| [column, row]))
     }
 
-    /// Returns the directions of a sample of eight absolute pixels anywhere, for patterns other than the grid.
+    /// Returns the directions of a sample of eight absolute pixels anywhere, for patterns other than the grid and without
+    /// distortion.
     #[inline(always)]
     pub fn directions_of<S: Simd>(&self, simd: S, pixels: &[[u32; 2]; LANES], sample: [u32; 2]) -> Vec3x8 {
         let offset = self.offsets_of(pixels, sample);
         self.pixel_rays.directions_of(simd, pixels, &offset)
     }
 
-    /// See [`PixelRays::packet`].
-    #[inline(always)]
-    pub fn packet(&self, direction: Vec3x8, t_max: F32x8) -> RayPacket {
-        self.pixel_rays.packet(direction, t_max)
+    /// See [`PixelRays::is_distorted`].
+    pub fn is_distorted(&self) -> bool {
+        self.pixel_rays.is_distorted()
+    }
+
+    /// Returns the rays of a sample of eight absolute pixels anywhere, which end at `t_max`. For a camera with distortion.
+    // Not inlined: cameras without distortion keep their code.
+    #[inline(never)]
+    pub fn distorted(&self, pixels: &[[u32; 2]; LANES], sample: [u32; 2], t_max: F32x8) -> RayPacket {
+        let (sample, offset) = match &self.offsets {
+            None => (sample, [F32x8::ZERO; 2]),
+            Some(offsets) => ([0, 0], offsets.at8(pixels, sample)),
+        };
+        self.pixel_rays.distorted(pixels, sample, &offset, t_max)
     }
 
     /// Returns the origins and directions of the samples of [`Self::directions_of`].
@@ -204,7 +215,7 @@ impl CameraRays {
     }
 
     /// Returns the directions of [`CameraRays::ray`] for the 4x2 pixels from (`x`, `y`); lane `4 * row + column`. For a
-    /// shared origin.
+    /// shared origin and without distortion.
     #[inline(always)]
     pub fn directions8<S: Simd>(&self, simd: S, pixel: [u32; 2], sample: [u32; 2]) -> Vec3x8 {
         let (sample, offset) = self.offsets8(pixel, sample);

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     accel::Bvh,
-    lanes::{LANES, Vec3x8},
+    lanes::{F32x8, LANES, Vec3x8},
     ray::{RayPacket, T_MAX},
     scene::{Scene, for_each_packet},
     shade::{ShadeSettings, Shader, TileColors, material::background, queue::RayQueue},
@@ -266,9 +266,23 @@ pub(super) fn generate_rays(
     rays: &mut RayQueue,
 ) {
     rays.restart_camera(context.camera_rays.shared_origin());
+    if context.camera_rays.is_distorted() {
+        let tile = rect.absolute(context.window);
+        for_each_packet(rect.width, rect.height, |[x, y]| {
+            let (pixels, t_max) = (pixels_of(tile, x, y), ends(inside(rect, x, y)));
+            rays.push(context.camera_rays.distorted(&pixels, sample, t_max));
+        });
+        return;
+    }
     at_level!(context.settings.level, |simd| push_rays(
         simd, context, rect, sample, rays
     ));
+}
+
+/// Returns the ends of camera rays, of which those in the lanes `is_used` are traced.
+fn ends(is_used: u32) -> F32x8 {
+    let end = |lane| if is_used >> lane & 1 == 1 { T_MAX } else { 0.0 };
+    F32x8::new(std::array::from_fn(end))
 }
 
 #[inline(always)]
@@ -290,7 +304,7 @@ fn push_rays<S: Simd>(
             let pixel = [left + x, top + y];
             if rays.share_origin() {
                 let direction = context.camera_rays.directions8(simd, pixel, sample);
-                rays.push(context.camera_rays.packet(direction, t_max));
+                rays.push(RayPacket { direction, t_max });
             } else {
                 let (origin, direction) = context.camera_rays.rays8(simd, pixel, sample);
                 rays.push_apart(origin, RayPacket { direction, t_max });

@@ -14,7 +14,7 @@ use super::distortion::Inverse;
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
     ray::{Ray, RayPacket},
-    simd::{EightLanes, Level, Portable, Simd, at_level},
+    simd::{Level, Portable, Simd, at_level},
 };
 use glam::{DVec3, Vec3};
 
@@ -238,6 +238,14 @@ impl PixelRays {
     /// Returns what [`PixelRays::direction`] returns for the 4x2 pixels from (`x`, `y`); lane `4 * row + column`.
     #[must_use]
     pub fn directions8(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3x8 {
+        if self.is_distorted() {
+            let pixel = |lane: usize| [x + (lane % 4) as u32, y + (lane / 4) as u32];
+            let direction = |lane| {
+                let [x, y] = pixel(lane);
+                self.direction(x, y, sample)
+            };
+            return Vec3x8::from_lanes(std::array::from_fn(direction));
+        }
         at_level!(Level::current(), |simd| self.directions(
             simd,
             [x, y],
@@ -247,7 +255,7 @@ impl PixelRays {
     }
 
     /// Returns what [`PixelRays::direction_offset`] returns for pixels as in [`PixelRays::directions8`], or for offset 0
-    /// what [`PixelRays::direction`] returns.
+    /// what [`PixelRays::direction`] returns; without distortion.
     #[inline(always)]
     pub(crate) fn directions<S: Simd>(
         &self,
@@ -272,7 +280,8 @@ impl PixelRays {
         self.leaving8(simd, self.points(simd, pixel, sample, offset), lens)
     }
 
-    /// Returns what [`PixelRays::direction_offset`] returns for eight pixels anywhere. Only for one sample per pixel.
+    /// Returns what [`PixelRays::direction_offset`] returns for eight pixels anywhere. Only for one sample per pixel and
+    /// without distortion.
     #[inline(always)]
     pub(crate) fn directions_of<S: Simd>(
         &self,
@@ -330,12 +339,9 @@ impl PixelRays {
         [right, up]
     }
 
-    /// [`Self::toward`] for eight points.
+    /// [`Self::toward`] for eight points, without distortion.
     #[inline(always)]
     fn toward8<S: Simd>(&self, simd: S, [right, up]: [S::V8; 2]) -> Vec3x8 {
-        if let Some(undistortion) = &self.undistortion {
-            return self.curved8(undistortion, &right.to8(), &up.to8());
-        }
         let forward = simd.splat3(self.forward);
         let along_right = simd.splat3(self.right).mul_add(right * self.step, forward);
         simd.splat3(self.up)
@@ -371,20 +377,39 @@ impl PixelRays {
         })
     }
 
-    /// A separate function, so that cameras without distortion keep their code.
-    #[inline(never)]
-    fn curved8(&self, undistortion: &Undistortion, right: &F32x8, up: &F32x8) -> Vec3x8 {
-        Vec3x8::from_lanes(self.curved(undistortion, right.as_array(), up.as_array()))
+    /// Returns whether the lens has distortion.
+    #[inline]
+    pub(crate) fn is_distorted(&self) -> bool {
+        self.undistortion.is_some()
     }
 
-    /// Returns the packet of these directions of a pinhole camera. Rays without one, 0, get the view direction and end before
-    /// they hit anything.
-    #[inline(always)]
-    pub(crate) fn packet(&self, direction: Vec3x8, t_max: F32x8) -> RayPacket {
-        let packet = RayPacket { direction, t_max };
-        match &self.undistortion {
-            None => packet,
-            Some(undistortion) => undistortion.aimed(packet),
+    /// Returns the rays of [`Self::ray_at`] for eight pixels anywhere, which end at `t_max`. For a camera with distortion.
+    pub(crate) fn distorted(
+        &self,
+        pixels: &[[u32; 2]; LANES],
+        sample: [u32; 2],
+        [offset_right, offset_up]: &[F32x8; 2],
+        mut t_max: F32x8,
+    ) -> RayPacket {
+        let (mut right, mut up) = (*offset_right, *offset_up);
+        for (lane, &[x, y]) in pixels.iter().enumerate() {
+            let (center_right, center_up) = self.offsets(x, y, sample);
+            right.as_mut_array()[lane] += center_right;
+            up.as_mut_array()[lane] += center_up;
+        }
+        let Some(undistortion) = &self.undistortion else {
+            let direction = self.toward8(Portable, [Portable.load(&right), Portable.load(&up)]);
+            return RayPacket { direction, t_max };
+        };
+        let mut directions = self.curved(undistortion, right.as_array(), up.as_array());
+        for (direction, t_max) in directions.iter_mut().zip(t_max.as_mut_array()) {
+            if *direction == Vec3::ZERO {
+                (*direction, *t_max) = (undistortion.forward, t_max.min(BLIND));
+            }
+        }
+        RayPacket {
+            direction: Vec3x8::from_lanes(directions),
+            t_max,
         }
     }
 
@@ -434,31 +459,6 @@ impl PixelRays {
             let along_right = Portable.mul_add3(self.right, right + rightwards * margin_right, self.forward);
             Portable.normalize(Portable.mul_add3(self.up, up + upwards * margin, along_right))
         })
-    }
-}
-
-impl Undistortion {
-    #[inline(never)]
-    fn aimed(&self, mut packet: RayPacket) -> RayPacket {
-        let directions: [Vec3; LANES] = std::array::from_fn(|lane| packet.direction.lane(lane));
-        for (t_max, _) in packet
-            .t_max
-            .as_mut_array()
-            .iter_mut()
-            .zip(&directions)
-            .filter(|(_, direction)| **direction == Vec3::ZERO)
-        {
-            *t_max = t_max.min(BLIND);
-        }
-        let aimed = |direction| {
-            if direction == Vec3::ZERO {
-                self.forward
-            } else {
-                direction
-            }
-        };
-        packet.direction = Vec3x8::from_lanes(directions.map(aimed));
-        packet
     }
 }
 

@@ -87,9 +87,13 @@ fn push_packets<S: Simd>(
             }
         }
         let (pixel, t_max) = ([x as u32, y], t_max.into());
-        if rays.shared_origin().is_some() {
+        if rays.is_distorted() {
+            let pixels =
+                std::array::from_fn(|lane| [pixel[0] + (lane % ROW) as u32, y + (lane / ROW) as u32]);
+            packets.push(rays.distorted(&pixels, sample, t_max));
+        } else if rays.shared_origin().is_some() {
             let direction = rays.directions8(simd, pixel, sample);
-            packets.push(rays.packet(direction, t_max));
+            packets.push(RayPacket { direction, t_max });
         } else {
             let (origin, direction) = rays.rays8(simd, pixel, sample);
             packets.push_from(origin, RayPacket { direction, t_max });

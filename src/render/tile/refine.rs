@@ -1,6 +1,6 @@
 //! Adaptive tiles: the first samples of all pixels, then more of those that differ from a neighbour.
 
-use super::{TileScratch, constant_background, fill, inside, pixels_of};
+use super::{TileScratch, constant_background, ends, fill, inside, pixels_of};
 use crate::{
     lanes::LANES,
     ray::{RayPacket, T_MAX},
@@ -124,13 +124,17 @@ impl TileScratch<'_> {
     ) {
         let start = Instant::now();
         self.rays.restart_camera(context.camera_rays.shared_origin());
-        at_level!(context.settings.level, |simd| push_rays(
-            simd,
-            context,
-            pixels,
-            samples.clone(),
-            &mut self.rays
-        ));
+        if context.camera_rays.is_distorted() {
+            push_distorted(context, pixels, samples.clone(), &mut self.rays);
+        } else {
+            at_level!(context.settings.level, |simd| push_rays(
+                simd,
+                context,
+                pixels,
+                samples.clone(),
+                &mut self.rays
+            ));
+        }
         if context.scene.is_sampled() {
             self.shader.clear_pixels();
             for (pixels, _) in packets(pixels) {
@@ -176,6 +180,15 @@ fn packets(pixels: &[[u32; 2]]) -> impl Iterator<Item = ([[u32; 2]; LANES], usiz
     })
 }
 
+fn push_distorted(context: &FrameContext<'_>, pixels: &[[u32; 2]], samples: Range<u32>, rays: &mut RayQueue) {
+    for (pixels, count) in packets(pixels) {
+        let t_max = ends((1 << count) - 1);
+        for sample in samples.clone() {
+            rays.push(context.camera_rays.distorted(&pixels, [sample, 0], t_max));
+        }
+    }
+}
+
 #[inline(always)]
 fn push_rays<S: Simd>(
     simd: S,
@@ -190,7 +203,7 @@ fn push_rays<S: Simd>(
         for sample in samples.clone() {
             if rays.share_origin() {
                 let direction = context.camera_rays.directions_of(simd, &pixels, [sample, 0]);
-                rays.push(context.camera_rays.packet(direction, t_max));
+                rays.push(RayPacket { direction, t_max });
             } else {
                 let (origin, direction) = context.camera_rays.rays_of(simd, &pixels, [sample, 0]);
                 rays.push_apart(origin, RayPacket { direction, t_max });

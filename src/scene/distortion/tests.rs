@@ -397,9 +397,11 @@ fn distorted_rays_are_what_the_camera_sees() {
                 let [x, y] = [random.u32(0..636), random.u32(0..478)];
                 let sample = [(); 2].map(|()| random.u32(0..samples));
                 let all = rays.directions8(x, y, sample);
-                let packet = rays.packet(all, F32x8::splat(T_MAX));
+                let pixels = std::array::from_fn(|lane| [x + lane as u32 % 4, y + lane as u32 / 4]);
+                let offset = [F32x8::ZERO; 2];
+                let packet = rays.distorted(&pixels, sample, &offset, F32x8::splat(T_MAX));
                 for lane in 0..LANES {
-                    let pixel = [x + lane as u32 % 4, y + lane as u32 / 4];
+                    let pixel = pixels[lane];
                     let direction = rays.direction(pixel[0], pixel[1], sample);
                     let ray = rays.ray(pixel[0], pixel[1], sample);
                     assert_eq!(all.lane(lane), direction);
