@@ -25,6 +25,9 @@ const STEEPNESS: f32 = 4.0;
 /// smooth surface still blocks light that is high above the facet.
 #[inline(always)]
 pub(super) fn lift<S: Simd>(simd: S, s: &SurfacePacket, to_light: Vec3Eight<S>) -> S::V8 {
+    if s.raised == 0 {
+        return offset(simd, s);
+    }
     let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
     let height = simd.load3(&s.geometric_normal).dot(to_light);
     let share = (one - height * simd.splat(STEEPNESS)).max(zero).min(one);

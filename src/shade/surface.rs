@@ -23,6 +23,8 @@ pub struct SurfacePacket {
     pub from_behind: u32,
     /// The points, scene units.
     pub point: Vec3x8,
+    /// The lanes whose `rise` is above 0, a bit each.
+    pub raised: u32,
     /// How far the smooth surface is above each point, scene units; 0 without [smooth shadows](Scene::smooth_shadows).
     pub rise: F32x8,
     /// Unit geometric normals on the viewer's side.
@@ -164,8 +166,6 @@ struct Points<S: Simd> {
     geometric: Vec3Eight<S>,
     normal: Vec3Eight<S>,
     magnitude: S::V8,
-    /// How far the smooth surface is above the point, on the viewer's side.
-    rise: S::V8,
 }
 
 // Called twice, so not inlined; it therefore enters the level again.
@@ -190,7 +190,8 @@ fn push<S: Simd>(
                 active,
                 from_behind: away.bits(),
                 point: points.point.to8(),
-                rise: points.rise.to8(),
+                raised: 0,
+                rise: F32x8::ZERO,
                 geometric_normal: Vec3Lanes::select(away, -points.geometric, points.geometric).to8(),
                 normal: Vec3Lanes::select(away, -points.normal, points.normal).to8(),
                 direction: hits.direction,
@@ -200,6 +201,12 @@ fn push<S: Simd>(
             });
         },
     );
+    // A pass of its own: scenes without smooth shadows keep their code.
+    if scene.smooth_shadows()
+        && let Some(surface) = surfaces.last_mut()
+    {
+        lift::raise(simd, scene, hits, surface);
+    }
 }
 
 #[inline(always)]
@@ -212,7 +219,7 @@ fn points<S: Simd>(simd: S, scene: &Scene, hits: &Hits8, cache: &mut Option<Cach
                     *cache = Some(CachedTriangle::new(simd, scene, i));
                 }
                 match cache {
-                    Some(CachedTriangle { corners, facet, .. }) => triangles(simd, hits, corners, facet),
+                    Some(triangle) => triangles(simd, hits, &triangle.corners, &triangle.facet),
                     None => distinct_triangles(simd, scene, hits, &hits.primitive),
                 }
             }
@@ -262,7 +269,6 @@ fn select<S: Simd>(simd: S, bits: u32, a: &Points<S>, b: &Points<S>) -> Points<S
         geometric: Vec3Lanes::select(mask, a.geometric, b.geometric),
         normal: Vec3Lanes::select(mask, a.normal, b.normal),
         magnitude: S::V8::select(mask, a.magnitude, b.magnitude),
-        rise: S::V8::select(mask, a.rise, b.rise),
     }
 }
 
@@ -353,29 +359,17 @@ struct Facet<S: Simd> {
     /// Unit normals.
     geometric: Vec3Eight<S>,
     magnitude: S::V8,
-    /// The slope at each vertex (`scene::lift`), for smooth shadows.
-    slopes: Option<[Vec3Eight<S>; 3]>,
 }
 
 impl<S: Simd> Facet<S> {
     #[inline(always)]
-    fn new(scene: &Scene, corners: &Corners<S>) -> Self {
+    fn new(corners: &Corners<S>) -> Self {
         let [v0, v1, v2] = corners.position;
         let facet = (v1 - v0).cross(v2 - v0);
-        // Scaled first, so that squared normals of tiny or huge triangles stay in the range of f32.
-        let geometric = (facet * facet.max_abs().scale_to_one()).normalize();
-        let slopes = match corners.normal {
-            Some([a, b, c]) if scene.smooth_shadows() => Some([
-                lift::slope::<S>(a, geometric),
-                lift::slope::<S>(b, geometric),
-                lift::slope::<S>(c, geometric),
-            ]),
-            _ => None,
-        };
         Self {
-            geometric,
+            // Scaled first, so that squared normals of tiny or huge triangles stay in the range of f32.
+            geometric: (facet * facet.max_abs().scale_to_one()).normalize(),
             magnitude: v0.max_abs().max(v1.max_abs()).max(v2.max_abs()),
-            slopes,
         }
     }
 }
@@ -394,7 +388,7 @@ impl<S: Simd> CachedTriangle<S> {
         let corners = Corners::broadcast(simd, scene, triangle_i);
         Self {
             triangle_i,
-            facet: Facet::new(scene, &corners),
+            facet: Facet::new(&corners),
             corners,
         }
     }
@@ -404,38 +398,27 @@ impl<S: Simd> CachedTriangle<S> {
 #[inline(always)]
 fn distinct_triangles<S: Simd>(simd: S, scene: &Scene, hits: &Hits8, triangle_i: &[u32; LANES]) -> Points<S> {
     let corners = Corners::gather(simd, scene, triangle_i);
-    triangles(simd, hits, &corners, &Facet::new(scene, &corners))
+    triangles(simd, hits, &corners, &Facet::new(&corners))
 }
 
 #[inline(always)]
 fn triangles<S: Simd>(simd: S, hits: &Hits8, corners: &Corners<S>, facet: &Facet<S>) -> Points<S> {
     let (u, v) = (simd.load(&hits.u), simd.load(&hits.v));
     let weights = [simd.splat(1.0) - u - v, u, v];
-    let point = interpolated::<S>(corners.position, weights);
-    let (mut normal, mut rise) = (facet.geometric, simd.splat(0.0));
+    let mut normal = facet.geometric;
     if let Some(normals) = corners.normal {
         let smooth = interpolated::<S>(normals, weights);
         let size = smooth.max_abs();
         let [n0, n1, n2] = normals;
-        let has_normals = !(is_zero(n0) | is_zero(n1) | is_zero(n2));
-        let usable = size.gt(simd.splat(0.0)) & has_normals;
+        let usable = size.gt(simd.splat(0.0)) & !(is_zero(n0) | is_zero(n1) | is_zero(n2));
         let smooth = (smooth * size.scale_to_one()).normalize();
         normal = Vec3Lanes::select(usable, smooth, facet.geometric);
-        if let Some(slopes) = facet.slopes {
-            let away = facet
-                .geometric
-                .dot(simd.load3(&hits.direction))
-                .gt(simd.splat(0.0));
-            let above = lift::rise(simd, (point, weights), corners.position, slopes, away);
-            rise = S::V8::select(has_normals, above, rise);
-        }
     }
     Points {
-        point,
+        point: interpolated::<S>(corners.position, weights),
         geometric: facet.geometric,
         normal,
         magnitude: facet.magnitude,
-        rise,
     }
 }
 
@@ -476,6 +459,5 @@ fn sphere<S: Simd>(simd: S, hits: &Hits8, center: Vec3Eight<S>, radius: S::V8) -
         geometric: outward,
         normal: outward,
         magnitude: center.max_abs() + radius,
-        rise: simd.splat(0.0),
     }
 }

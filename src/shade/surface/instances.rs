@@ -77,7 +77,9 @@ fn place_lane<S: Simd>(
             geometric,
             from_behind: away,
         };
-        surface.rise.as_mut_array()[lane] = scene.rise(simd, hit, Some(placement), &base);
+        let rise = scene.rise(simd, hit, Some(placement), &base);
+        surface.rise.as_mut_array()[lane] = rise;
+        surface.raised = surface.raised & !bit | u32::from(rise > 0.0) << lane;
     }
     surface.normal.set(lane, if away { -normal } else { normal });
     let magnitude = &mut surface.magnitude.as_mut_array()[lane];

@@ -1,10 +1,60 @@
 //! Smooth shadows: how far the smooth surface is above the points of triangles. The scalar version is `scene::lift`.
 
-use crate::simd::{EightLanes, Lanes, Simd, Vec3Eight};
+use super::{Corners, Hits8, SurfacePacket, is_zero};
+use crate::{
+    lanes::LANES,
+    ray::PrimitiveId,
+    scene::{Primitive, Scene},
+    simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight, Vec3Lanes},
+};
+
+/// Finds how far the smooth surface is above the points of a surface packet.
+// Not inlined: scenes without smooth shadows keep their code.
+#[inline(never)]
+pub(super) fn raise<S: Simd>(simd: S, scene: &Scene, hits: &Hits8, surface: &mut SurfacePacket) {
+    if scene.vertices().normals.is_empty() {
+        return;
+    }
+    // Lanes of spheres and planes compute on the first triangle.
+    let (mut ids, mut is_triangle) = ([0; LANES], 0);
+    for (lane, id) in ids.iter_mut().enumerate() {
+        if let Primitive::Triangle(i) = scene.primitive(PrimitiveId(hits.primitive[lane])) {
+            *id = i as u32;
+            is_triangle |= 1 << lane;
+        }
+    }
+    if is_triangle == 0 {
+        return;
+    }
+    simd.call(
+        #[inline(always)]
+        || {
+            let corners = Corners::gather(simd, scene, &ids);
+            let Some(normals @ [n0, n1, n2]) = corners.normal else {
+                return;
+            };
+            let from_behind = simd.mask(surface.from_behind);
+            let facing = simd.load3(&surface.geometric_normal);
+            let geometric = Vec3Lanes::select(from_behind, -facing, facing);
+            let slopes = normals.map(
+                #[inline(always)]
+                |normal| slope::<S>(normal, geometric),
+            );
+            let (u, v) = (simd.load(&hits.u), simd.load(&hits.v));
+            let weights = [simd.splat(1.0) - u - v, u, v];
+            let point = simd.load3(&surface.point);
+            let above = rise(simd, (point, weights), corners.position, slopes, from_behind);
+            let usable = simd.mask(is_triangle) & !(is_zero(n0) | is_zero(n1) | is_zero(n2));
+            let above = S::V8::select(usable, above, simd.splat(0.0));
+            surface.raised = above.gt(simd.splat(0.0)).bits();
+            surface.rise = above.to8();
+        },
+    );
+}
 
 /// The vectors whose dot product with the way to a vertex is the height of the vertex's tangent plane, along `geometric`.
 #[inline(always)]
-pub(super) fn slope<S: Simd>(normal: Vec3Eight<S>, geometric: Vec3Eight<S>) -> Vec3Eight<S> {
+fn slope<S: Simd>(normal: Vec3Eight<S>, geometric: Vec3Eight<S>) -> Vec3Eight<S> {
     let normal = normal * normal.max_abs().scale_to_one();
     let along = normal.dot(geometric);
     normal * (along.max(along.all(0.0)) / normal.dot(normal))
@@ -12,7 +62,7 @@ pub(super) fn slope<S: Simd>(normal: Vec3Eight<S>, geometric: Vec3Eight<S>) -> V
 
 /// The mean height of the tangent planes that are above `point`, on the other side in the lanes `from_behind`.
 #[inline(always)]
-pub(super) fn rise<S: Simd>(
+fn rise<S: Simd>(
     simd: S,
     (point, [w, u, v]): (Vec3Eight<S>, [S::V8; 3]),
     [p0, p1, p2]: [Vec3Eight<S>; 3],

@@ -71,6 +71,5 @@ pub(super) fn plane<S: Simd>(simd: S, hits: &Hits8, point: Vec3Eight<S>, normal:
         geometric: normal,
         normal,
         magnitude: found.max_abs().max(point.max_abs()),
-        rise: simd.splat(0.0),
     }
 }
