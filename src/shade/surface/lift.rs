@@ -1,10 +1,8 @@
 //! Smooth shadows: how far the smooth surface is above the points of triangles. The scalar version is `scene::lift`.
 
-use super::{Corners, Hits8, SurfacePacket, is_zero};
+use super::{ALL_LANES, Corners, Hits8, SurfacePacket, is_zero};
 use crate::{
-    lanes::LANES,
-    ray::PrimitiveId,
-    scene::{Primitive, Scene},
+    scene::Scene,
     simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight, Vec3Lanes},
 };
 
@@ -16,11 +14,13 @@ pub(super) fn raise<S: Simd>(simd: S, scene: &Scene, hits: &Hits8, surface: &mut
         return;
     }
     // Lanes of spheres and planes compute on the first triangle.
-    let (mut ids, mut is_triangle) = ([0; LANES], 0);
+    let triangle_count = scene.triangles().corners.len() as u32;
+    let (mut ids, mut is_triangle) = (hits.primitive, 0);
     for (lane, id) in ids.iter_mut().enumerate() {
-        if let Primitive::Triangle(i) = scene.primitive(PrimitiveId(hits.primitive[lane])) {
-            *id = i as u32;
+        if *id < triangle_count {
             is_triangle |= 1 << lane;
+        } else {
+            *id = 0;
         }
     }
     if is_triangle == 0 {
@@ -29,17 +29,22 @@ pub(super) fn raise<S: Simd>(simd: S, scene: &Scene, hits: &Hits8, surface: &mut
     simd.call(
         #[inline(always)]
         || {
-            let corners = Corners::gather(simd, scene, &ids);
-            let Some(normals @ [n0, n1, n2]) = corners.normal else {
+            let corners = if S::V8::equal_lanes(simd, &ids, ids[0]) == ALL_LANES {
+                Corners::broadcast(simd, scene, ids[0] as usize)
+            } else {
+                Corners::gather(simd, scene, &ids)
+            };
+            let Some([n0, n1, n2]) = corners.normal else {
                 return;
             };
             let from_behind = simd.mask(surface.from_behind);
             let facing = simd.load3(&surface.geometric_normal);
             let geometric = Vec3Lanes::select(from_behind, -facing, facing);
-            let slopes = normals.map(
-                #[inline(always)]
-                |normal| slope::<S>(normal, geometric),
-            );
+            let slopes = [
+                slope::<S>(n0, geometric),
+                slope::<S>(n1, geometric),
+                slope::<S>(n2, geometric),
+            ];
             let (u, v) = (simd.load(&hits.u), simd.load(&hits.v));
             let weights = [simd.splat(1.0) - u - v, u, v];
             let point = simd.load3(&surface.point);
@@ -70,9 +75,16 @@ fn rise<S: Simd>(
     from_behind: <S::V8 as Lanes>::Mask,
 ) -> S::V8 {
     let (a, b, c) = ((p0 - point).dot(s0), (p1 - point).dot(s1), (p2 - point).dot(s2));
-    let [a, b, c] = [a, b, c].map(
-        #[inline(always)]
-        |above| S::V8::select(from_behind, -above, above).max(simd.splat(0.0)),
+    let (a, b, c) = (
+        above::<S>(simd, a, from_behind),
+        above::<S>(simd, b, from_behind),
+        above::<S>(simd, c, from_behind),
     );
     b.mul_add(u, c.mul_add(v, a * w))
+}
+
+/// A height on the viewer's side; 0 below the point.
+#[inline(always)]
+fn above<S: Simd>(simd: S, height: S::V8, from_behind: <S::V8 as Lanes>::Mask) -> S::V8 {
+    S::V8::select(from_behind, -height, height).max(simd.splat(0.0))
 }
