@@ -155,10 +155,6 @@ fn faults_have_places() {
     assert_eq!(fault("vn 0 0 x"), "1:8: `nz` is `x`, expected a number");
     let with = |line: &str| fault(&format!("{SQUARE}{line}\n"));
     assert_eq!(
-        with("f 1 9"),
-        "5:5: vertex index 9, but there are only 4 vertices"
-    );
-    assert_eq!(
         with("f 1 2 0"),
         "5:7: vertex index 0, expected 1 for the first, or a negative index"
     );
