@@ -146,7 +146,7 @@ fn points_are_where_colmap_projects_them() {
         let folder = folder_of(camera);
         for (options, scale) in [("", 1.0), ("--size 640x480", 2.0)] {
             let line =
-                format!("p.scn --poses sparse --frames 1-1 -o c.png --samples 25 --aov z,mask {options}");
+                format!("p.scn --poses sparse --frames 1-1 -o c.png --samples 64 --aov z,mask {options}");
             let run = folder.run_line(&line);
             assert_eq!((run.code, &run.stderr[..]), (Some(0), ""), "{camera}");
             let picture = image::open(folder.path("c.png")).expect("a picture").into_rgb8();

@@ -475,27 +475,20 @@ pub(super) fn parse_as(
         MeshFormat::Off => off::parse(bytes, path, budget),
         MeshFormat::Stl => stl::parse(bytes, path, budget),
         #[cfg(feature = "gltf")]
-        MeshFormat::Gltf => used(gltf::parse(bytes, path, open, budget)?, path, budget),
+        MeshFormat::Gltf => used::only(gltf::parse(bytes, path, open, budget)?, path, budget),
         #[cfg(not(feature = "gltf"))]
         MeshFormat::Gltf => Err(LoadError::whole_file(
             path,
             "glTF is not read: octray was built without its feature `gltf`",
         )),
         #[cfg(feature = "threemf")]
-        MeshFormat::ThreeMf => used(threemf::parse(bytes, path, budget)?, path, budget),
+        MeshFormat::ThreeMf => used::only(threemf::parse(bytes, path, budget)?, path, budget),
         #[cfg(not(feature = "threemf"))]
         MeshFormat::ThreeMf => Err(LoadError::whole_file(
             path,
             "3MF is not read: octray was built without its feature `threemf`",
         )),
     }
-}
-
-/// The mesh without vertices that no triangle uses.
-#[cfg(any(feature = "gltf", feature = "threemf"))]
-fn used(mut mesh: LoadedMesh, path: &Path, budget: &Budget) -> Result<LoadedMesh, LoadError> {
-    mesh.drop_unused(budget).map_err(|error| error.into_error(path))?;
-    Ok(mesh)
 }
 
 #[cfg(test)]

@@ -20,6 +20,13 @@ use std::{
 /// The fewest elements that are worth another thread.
 const MIN_PIECE: usize = 1 << 14;
 
+/// The mesh without vertices that no triangle uses.
+#[cfg(any(feature = "gltf", feature = "threemf"))]
+pub(super) fn only(mut mesh: LoadedMesh, path: &Path, budget: &Budget) -> Result<LoadedMesh, LoadError> {
+    mesh.drop_unused(budget).map_err(|error| error.into_error(path))?;
+    Ok(mesh)
+}
+
 /// The vertices of a file whose coordinates are NaN or too large.
 #[derive(Debug)]
 pub(in crate::format) struct Unusable<F> {
