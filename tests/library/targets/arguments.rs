@@ -54,7 +54,7 @@ fn names(text: &str) {
     let (pattern, scene) = text.split_once('\n').unwrap_or((text, "cow.scn"));
     let whole = named(pattern, scene, None);
     assert!(
-        pattern.contains("{stem}") || whole == pattern,
+        pattern.contains("{stem}") || pattern.contains("{folder}") || whole == pattern,
         "{pattern:?}: {whole:?}"
     );
     // Numbers of one digit: their names have one length and sort as the numbers do.
