@@ -39,17 +39,17 @@ pub(super) fn instead_of(path: &Path) -> Option<String> {
 pub(super) fn in_other_case(path: &Path) -> Option<PathBuf> {
     let wanted = path.file_name()?.to_str()?.to_lowercase();
     let folder = path.parent()?;
-    let mut alike = names_in(if folder == Path::new("") {
-        Path::new(".")
-    } else {
-        folder
-    })?
-    .filter(|name| name.to_lowercase() == wanted);
+    let mut alike = names_in(folder)?.filter(|name| name.to_lowercase() == wanted);
     let only = alike.next()?;
     alike.next().is_none().then(|| folder.join(only))
 }
 
 fn names_in(folder: &Path) -> Option<impl Iterator<Item = String>> {
+    let folder = if folder == Path::new("") {
+        Path::new(".")
+    } else {
+        folder
+    };
     let entries = fs::read_dir(folder).ok()?.take(MOST_ENTRIES);
     Some(entries.filter_map(|entry| Some(entry.ok()?.file_name().to_string_lossy().into_owned())))
 }

@@ -137,23 +137,19 @@ impl<'a> Companions<'a> {
             return read;
         };
         self.asked.push(other.clone());
-        let read = self::read(&other, budget);
+        let read = self::read(&other, budget)?;
         self.in_other_case.push(other);
-        read
+        Ok(read)
     }
 
     /// Says which names differ in case.
     pub(super) fn note(&self, by: &Path) -> Option<String> {
         let first = self.in_other_case.first()?;
         let files = match self.in_other_case.len() {
-            1 => "a file that it names exists only in another case".to_owned(),
-            count => format!("{count} files that it names exist only in another case"),
+            1 => "a file differs in upper and lower case from the name in the mesh".to_owned(),
+            count => format!("{count} files differ in upper and lower case from the names in the mesh"),
         };
-        Some(format!(
-            "{}: {files} (`{}`): taken",
-            clip_path(by),
-            clip_path(first)
-        ))
+        Some(format!("{}: {files} (`{}`)", clip_path(by), clip_path(first)))
     }
 }
 
@@ -199,7 +195,7 @@ mod tests {
         let note = companions.note(Path::new("a.obj")).unwrap();
         let name = at("Wood.PNG");
         let expected = format!(
-            "a.obj: a file that it names exists only in another case (`{}`): taken",
+            "a.obj: a file differs in upper and lower case from the name in the mesh (`{}`)",
             name.display()
         );
         assert_eq!(note, expected);
