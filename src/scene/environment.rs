@@ -111,6 +111,24 @@ impl EnvironmentPicture {
         Ok(picture)
     }
 
+    /// Multiplies it so that the mean of its light over all directions has this luminance. A black one stays black.
+    #[must_use]
+    pub fn with_mean(mut self, mean: f32) -> Self {
+        let (mut light, mut shares) = (0.0, 0.0);
+        for (y, row) in self.texels.chunks_exact(self.width).enumerate() {
+            let share = share_of_row(y, self.height);
+            light += share * row.iter().map(luminance).sum::<f64>();
+            shares += share * self.width as f64;
+        }
+        if light > 0.0 {
+            let factor = f64::from(mean) * shares / light;
+            for channel in self.texels.iter_mut().flatten() {
+                *channel = (f64::from(*channel) * factor).min(f64::from(MAX_LIGHT)) as f32;
+            }
+        }
+        self
+    }
+
     /// Turns its middle from +x to the direction `middle`, and its upper edge from +z towards `up`, for scenes in which another
     /// direction is up. Vectors of any length; `up` gives way if they are not at right angles.
     #[must_use]
@@ -153,10 +171,8 @@ impl EnvironmentPicture {
     /// Fills the tables of probabilities. They are sums in `f64`, in one order.
     fn tabulate(&mut self) -> Result<(), TryReserveError> {
         // Brightness first, in the memory of the probabilities.
-        self.columns.extend(self.texels.iter().map(|&[r, g, b]| {
-            let [r, g, b] = [r, g, b].map(f64::from);
-            (0.2126 * r + 0.7152 * g + 0.0722 * b) as f32
-        }));
+        self.columns
+            .extend(self.texels.iter().map(|texel| luminance(texel) as f32));
         self.suns = Suns::cut_out(self.width, &mut self.columns)?;
         let mut total = 0.0;
         let mut sums = Vec::with_capacity(self.height);
@@ -298,6 +314,12 @@ const MAX_LIGHT: f32 = 1e9;
 
 /// The largest half float; files store larger values as infinite.
 const MAX_HALF: f32 = 65504.0;
+
+/// Luminance of linear RGB.
+fn luminance(color: &[f32; 3]) -> f64 {
+    let [r, g, b] = color.map(f64::from);
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
 
 /// Solid angle of a row relative to the equator's.
 fn share_of_row(y: usize, height: usize) -> f64 {

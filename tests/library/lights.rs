@@ -446,6 +446,9 @@ fn turned_pictures_light_from_their_axes() {
         let picture = EnvironmentPicture::new([16, 8], texels, degrees, 1.0).expect("a picture");
         light(Environment::Picture(picture.turned(middle, Vec3::Z)))
     };
+    let even = EnvironmentPicture::new([4, 2], vec![[30.0; 3]; 8], 0.0, 1.0).expect("a picture");
+    let mean = light(Environment::Picture(even.with_mean(0.25)));
+    assert_close(mean, 0.25, 2e-3, "a mean");
     let (rotated, turned) = (sun(90.0, Vec3::X), sun(0.0, Vec3::Y));
     assert!(turned > 1.0, "{turned}");
     assert_close(turned / rotated, 1.0, 4e-3, "a sun");

@@ -83,6 +83,10 @@ impl BenchArgs {
         let scenes = match &self.scene {
             None => BenchScenes::Suite { quick: self.quick },
             Some(path) => {
+                if self.mesh.environment.is_some() {
+                    let why = "bench shows meshes in plain light, so --environment has no effect";
+                    return Err(CliError::Usage(why.to_owned()));
+                }
                 let aspect = f64::from(width) / f64::from(height);
                 let (camera, mesh) = (self.camera.options(), self.mesh.options(None));
                 BenchScenes::One(Box::new(InputPlan::new(path, camera, mesh, aspect)?))
