@@ -358,8 +358,7 @@ impl Call<'_> {
         }
         let empty = scene.primitive_count() == 0 && scene.planes().is_empty();
         let empty = empty.then(|| format!("{}: the scene is empty", clip_path(path)));
-        let found = [faults::coarse(path, scene), faults.warning(path), empty];
-        report::warnings(found.into_iter().flatten().chain(notes));
+        report::warnings(faults.warning(path).into_iter().chain(empty).chain(notes));
     }
 
     /// Renders, writes and compares one picture.

@@ -1,8 +1,8 @@
 //! Loads a scene file, or a mesh and makes a scene of it.
 
 use super::{
-    environment,
-    stage::{self, Rig, Stage},
+    environment, faults,
+    stage::{self, Built, Rig, Stage},
 };
 use crate::{
     cli::{
@@ -141,8 +141,9 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
         own_lights: mesh.lit_from.is_none(),
     };
     let built = stage::build(loaded, &stage, environment, memory);
-    let (scene, rig) = built.map_err(|message| LoadError::whole_file(path, message))?;
-    let (bounds, up) = (scene.bounds(), up.vector());
+    let Built { scene, rig, bounds } = built.map_err(|message| LoadError::whole_file(path, message))?;
+    notes.extend(faults::coarse(path, &bounds));
+    let up = up.vector();
     let lowest = [bounds.lower, bounds.upper].map(|corner| corner.as_dvec3().dot(up));
     if mesh.ground && view.eye.dot(up) < lowest[0].min(lowest[1]) {
         notes.push(format!(

@@ -108,8 +108,16 @@ const GROUND_REACH: f64 = 40.0;
 /// Gap between mesh and ground, in radii of the mesh.
 const GROUND_GAP: f64 = 1e-3;
 
-/// A scene of the mesh, which may take `memory` bytes, and the rig that lights it for other viewers, unless the environment or
-/// its own lights do.
+/// The scene of a mesh.
+pub struct Built {
+    pub scene: Scene,
+    /// Lights the mesh for other viewers, unless the environment or its own lights do.
+    pub rig: Option<Rig>,
+    /// Those of the mesh alone.
+    pub bounds: Aabb,
+}
+
+/// A scene of the mesh, which may take `memory` bytes.
 ///
 /// # Errors
 /// A sentence.
@@ -118,13 +126,18 @@ pub fn build(
     stage: &Stage,
     environment: Option<EnvironmentPicture>,
     memory: u64,
-) -> Result<(Scene, Option<Rig>), String> {
+) -> Result<Built, String> {
     let (rig, bounds) = Rig::of(&loaded, stage);
     let mut builder = SceneBuilder::within(memory);
     if let Some(environment) = environment {
         let set = builder.set_environment(Environment::Picture(environment));
         let scene = set.and_then(|()| furnished(loaded, stage, (&rig, &bounds), builder, true));
-        return Ok((scene.map_err(|error| error.to_string())?, None));
+        let scene = scene.map_err(|error| error.to_string())?;
+        return Ok(Built {
+            scene,
+            rig: None,
+            bounds,
+        });
     }
     let own = if stage.own_lights && stage.style == Style::Studio {
         exposed(&loaded.lights, SOFT_LIGHT.1, (rig.center, rig.radius))
@@ -149,7 +162,8 @@ pub fn build(
     })?;
     let scene = furnished(loaded, stage, (&rig, &bounds), builder, false);
     let scene = scene.map_err(|error| error.to_string())?;
-    Ok((scene, (!is_own).then_some(rig)))
+    let rig = (!is_own).then_some(rig);
+    Ok(Built { scene, rig, bounds })
 }
 
 /// Adds the mesh and its surroundings to the lights. `is_lit`: by an environment, from all sides.
