@@ -1,6 +1,6 @@
 //! Cameras of data sets whose lenses have distortion.
 
-use crate::program::Folder;
+use crate::{poses::spot, program::Folder};
 use std::fs;
 
 /// Points, small spheres around them, seen by a camera at (0, -5, 0) that looks along y.
@@ -122,21 +122,6 @@ fn folder_of(camera: &str) -> Folder {
         &format!("1 {half} {half} 0 0 0 0 5 1 c.png\n\n2 0.7 0.68 0.1 -0.2 0.3 -0.1 5 1 d.png\n\n"),
     );
     folder
-}
-
-/// The centre of what is bright within some pixels of a point.
-fn spot(picture: &image::RgbImage, [x, y]: [f64; 2]) -> [f64; 2] {
-    let mut sums = [0.0; 3];
-    for (i, j, pixel) in picture.enumerate_pixels() {
-        let at = [f64::from(i) + 0.5, f64::from(j) + 0.5];
-        if (at[0] - x).abs() < 6.0 && (at[1] - y).abs() < 6.0 {
-            let weight = f64::from(pixel.0[0]);
-            for (sum, value) in sums.iter_mut().zip([at[0], at[1], 1.0]) {
-                *sum += weight * value;
-            }
-        }
-    }
-    [sums[0] / sums[2], sums[1] / sums[2]]
 }
 
 /// Without a warning, at the file's size and twice as large. Depth is along the optical axis and along the ray.

@@ -246,7 +246,7 @@ fn json(folder: &Folder, name: &str) -> serde_json::Value {
 }
 
 /// The centre of what is bright within some pixels of a point.
-fn spot(picture: &image::RgbImage, [x, y]: [f64; 2]) -> [f64; 2] {
+pub fn spot(picture: &image::RgbImage, [x, y]: [f64; 2]) -> [f64; 2] {
     let mut sums = [0.0; 3];
     for (i, j, pixel) in picture.enumerate_pixels() {
         let at = [f64::from(i) + 0.5, f64::from(j) + 0.5];
