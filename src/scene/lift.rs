@@ -37,8 +37,8 @@ impl Scene {
     /// Returns how far the smooth surface is above a hit, on the viewer's side, scene units; 0 without
     /// vertex normals, and on spheres and planes.
     ///
-    /// Moving along the geometric normal is also the clamp for normals far off the face: a vertex counts for at most half its
-    /// distance, and nothing at 90 degrees; and the point never moves sideways, under the floor on which a box stands.
+    /// Moving along the geometric normal also limits what normals far off the face do: a vertex counts for at most half its
+    /// distance, and at 90 degrees for nothing. And points never move sideways, under the floor on which a box stands.
     #[inline(always)]
     pub(crate) fn rise<S: Simd>(&self, simd: S, hit: &Hit, placement: Option<&Placement>, at: &Base) -> f32 {
         let normals = &self.vertices.normals;

@@ -82,7 +82,7 @@ const FOLDER: &str = "{folder}";
 /// Stands for the name of a pose.
 pub const POSE: &str = "{pose}";
 
-/// What looks like a placeholder in a pattern, but is none.
+/// The first word in braces in a pattern that octray does not replace.
 pub fn unknown_placeholder(pattern: &Path) -> Option<&str> {
     let mut rest = pattern.to_str()?;
     while let Some((_, after)) = rest.split_once('{') {

@@ -129,7 +129,7 @@ impl LoadedMesh {
         Ok(dropped)
     }
 
-    /// Adds what was dropped to the note about what is left out.
+    /// Adds what was dropped to the note "left out".
     fn note_unusable(&mut self, vertices: usize, dropped: usize, path: &Path) {
         let [one, many, user, users] = match &self.cloud {
             None => ["vertex", "vertices", "triangle", "triangles"],
@@ -153,7 +153,7 @@ impl LoadedMesh {
     }
 }
 
-/// Drops the vertices that no triangle uses. If there are none, as nearly always, this is one pass over the triangles.
+/// Drops the vertices that no triangle uses. Mostly all are used: then this is one pass over the triangles.
 fn drop_unused(columns: &mut TriangleMesh, budget: &Budget) -> Result<(), BudgetError> {
     let mut used: Vec<AtomicBool> = Vec::new();
     budget.reserve(&mut used, columns.x.len())?;
@@ -179,7 +179,7 @@ fn drop_unused(columns: &mut TriangleMesh, budget: &Budget) -> Result<(), Budget
     Ok(())
 }
 
-/// Keeps these vertices of a mesh, in their order, and numbers `indices` anew.
+/// Keeps these vertices of a mesh, in their order, and renumbers `indices`.
 fn keep(
     columns: &mut TriangleMesh,
     indices: &mut [u32],

@@ -66,8 +66,8 @@ use std::{
 /// ```
 ///
 /// # Errors
-/// [`LoadError`]: a header that is not understood or promises more than the file holds, a value that is not a number, a
-/// vertex index out of range, a file that is cut short, positions that are all NaN or too large.
+/// [`LoadError`]: a header that is not understood or promises more than the file holds, a file that is cut short, a value
+/// that is not a number, a vertex index out of range, only positions that are NaN or too large.
 pub fn parse(bytes: &[u8], name: &Path) -> Result<TriangleMesh, LoadError> {
     let no_images = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
     parse_mesh(bytes, name, Some(no_images), &Budget::unlimited()).map(|mesh| mesh.columns)

@@ -1,6 +1,6 @@
 //! Pictures that show nothing of a mesh: its camera looks elsewhere, or an outlier makes it smaller than a pixel.
 //!
-//! Scenes are not checked: whoever places a camera in one may want its background.
+//! Scenes are not checked: their cameras may show the background on purpose.
 
 use super::{Call, Loaded, written_name};
 use crate::{
