@@ -2,6 +2,8 @@
 //!
 //! A texture that cannot be shown is a note, not an error: the shape is still shown.
 
+#[cfg(feature = "textures")]
+pub(super) mod decoding;
 pub(super) mod names;
 
 use super::{
@@ -12,7 +14,7 @@ use super::{
 };
 use crate::{
     error::{LoadError, clip, clip_path},
-    scene::{CutOut, Image, MAX_TEXTURES, SurfaceTextures, Texture},
+    scene::{CutOut, Image, MAX_TEXTURES, NormalMap, SurfaceTextures, Texture},
 };
 use std::{
     collections::HashMap,
@@ -167,6 +169,30 @@ fn images_with_opacity(first: &[Option<usize>], surfaces: &[Surface]) -> Vec<boo
     used
 }
 
+/// Which images, the first of equal ones each, are only normal maps: their bytes are no colours.
+fn images_of_numbers(first: &[Option<usize>], surfaces: &[Surface]) -> Vec<bool> {
+    let (mut numbers, mut colors) = (vec![false; first.len()], vec![false; first.len()]);
+    let mark = |marks: &mut [bool], texture: Texture| {
+        if let Some(&Some(first)) = first.get(texture.image as usize) {
+            marks[first] = true;
+        }
+    };
+    for surface in surfaces {
+        let mut textures = surface.textures;
+        if let Some(map) = textures.normal_map.take() {
+            mark(&mut numbers, map.texture);
+        }
+        for texture in textures.all().into_iter().flatten() {
+            mark(&mut colors, texture);
+        }
+    }
+    numbers
+        .iter()
+        .zip(colors)
+        .map(|(&is, is_color)| is && !is_color)
+        .collect()
+}
+
 /// A surface without textures, for triangles without texture coordinates and images that are missing.
 pub(super) fn untextured(surface: &Surface) -> Surface {
     let mut surface = *surface;
@@ -256,7 +282,14 @@ pub(super) fn decode(
     }
     let first = first_of_equal(encoded);
     let keeps_alpha = images_with_opacity(&first, surfaces);
-    let decoded = decoding::all(encoded, &first, &keeps_alpha, budget);
+    let are_numbers = images_of_numbers(&first, surfaces);
+    let content = |(are_numbers, keeps_alpha)| match (are_numbers, keeps_alpha) {
+        (true, _) => Content::Numbers,
+        (false, true) => Content::ColorsAndAlpha,
+        (false, false) => Content::Colors,
+    };
+    let contents: Vec<Content> = are_numbers.into_iter().zip(keeps_alpha).map(content).collect();
+    let decoded = decoding::all(encoded, &first, &contents, budget);
     let (mut images, mut lost_alpha) = (Vec::new(), Vec::new());
     let mut numbers: Vec<Option<u32>> = vec![None; encoded.len()];
     for (i, (encoded, decoded)) in encoded.iter().zip(decoded).enumerate() {
@@ -277,6 +310,14 @@ pub(super) fn decode(
         renumber(surface, &numbers, &images);
     }
     Decoded { images, lost_alpha }
+}
+
+/// What an image's pixels are.
+#[derive(Clone, Copy, PartialEq)]
+enum Content {
+    Colors,
+    ColorsAndAlpha,
+    Numbers,
 }
 
 /// For each image the first one with the same bytes, the same part of the same file.
@@ -306,6 +347,12 @@ fn renumber(surface: &mut Surface, numbers: &[Option<u32>], images: &[Image]) {
         all.emission = [0.0; 3];
     }
     all.emission_map = all.emission_map.and_then(number);
+    all.normal_map = all.normal_map.and_then(|map| {
+        let texture = number(map.texture)?;
+        // An image that is a colour somewhere else has the mipmaps of one.
+        let has_numbers = images.get(texture.image as usize)?.has_numbers();
+        has_numbers.then_some(NormalMap { texture, ..map })
+    });
     all.opacity = all.opacity.and_then(|opacity| {
         let map = opacity.map.and_then(number);
         let has_alpha = |map: &Texture| images.get(map.image as usize).is_some_and(Image::has_alpha);
@@ -324,161 +371,14 @@ fn renumber(surface: &mut Surface, numbers: &[Option<u32>], images: &[Image]) {
     });
 }
 
-#[cfg(feature = "textures")]
-pub(super) mod decoding {
-    use super::{Budget, Encoded, Image};
-    use crate::{
-        error::{decoder_reason, in_bytes},
-        scene::MAX_IMAGE_SIDE,
-    };
-    use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
-    use rayon::prelude::*;
-    use std::{
-        io::Cursor,
-        panic::{AssertUnwindSafe, catch_unwind},
-        path::Path,
-    };
-
-    /// Memory of a decoder beside the pixels, bytes.
-    pub(in crate::format) const DECODER_BYTES: u64 = 1 << 20;
-
-    /// Memory for all that comes before the pixels, such as colour profiles, bytes.
-    pub(in crate::format) const HEADER_BYTES: u64 = 8 << 20;
-
-    /// An image whose header was read.
-    struct Known<'a> {
-        bytes: &'a [u8],
-        format: ImageFormat,
-        keeps_alpha: bool,
-        /// What the image takes, bytes.
-        kept: usize,
-        /// What decoding it takes until the image is made, bytes.
-        needed: u64,
-    }
-
-    /// Decodes each image that is the first of equal ones; alpha stays where `keeps_alpha`. With each image comes whether it
-    /// loses an alpha below 1.
-    pub(super) fn all(
-        encoded: &[Option<Encoded<'_>>],
-        first: &[Option<usize>],
-        keeps_alpha: &[bool],
-        budget: &Budget,
-    ) -> Vec<Option<Result<(Image, bool), String>>> {
-        // In order, so that it does not depend on threads which images fit.
-        let known: Vec<Option<Result<Known<'_>, String>>> = encoded
-            .iter()
-            .enumerate()
-            .map(|(i, encoded)| {
-                let encoded = encoded.as_ref()?;
-                if first[i].is_some_and(|first| first != i) {
-                    return None;
-                }
-                let bytes = encoded.bytes.clone();
-                Some(bytes.and_then(|bytes| known(bytes, &encoded.name, keeps_alpha[i], budget)))
-            })
-            .collect();
-        let largest = known
-            .iter()
-            .flatten()
-            .flatten()
-            .map(|known| known.needed)
-            .max()
-            .unwrap_or(0);
-        let decode = |known: Option<Result<Known<'_>, String>>| {
-            Some(known?.and_then(|known| {
-                let decoded = catch_unwind(AssertUnwindSafe(|| decode(&known)));
-                let decoded = decoded.unwrap_or_else(|_| Err("its decoder failed".to_owned()));
-                decoded.inspect_err(|_| budget.give_back(known.kept))
-            }))
-        };
-        let at_once = rayon::current_num_threads() as u64;
-        if largest.saturating_mul(at_once) <= budget.left() {
-            known.into_par_iter().with_max_len(1).map(decode).collect()
-        } else {
-            known.into_iter().map(decode).collect()
-        }
-    }
-
-    /// Reads the header and takes the image from the budget.
-    fn known<'a>(
-        bytes: &'a [u8],
-        name: &str,
-        keeps_alpha: bool,
-        budget: &Budget,
-    ) -> Result<Known<'a>, String> {
-        use ImageFormat::{Bmp, Jpeg, Png, Tga, WebP};
-        let by_name = || ImageFormat::from_path(Path::new(name)).ok();
-        let format = image::guess_format(bytes).ok().or_else(by_name);
-        let format = format.filter(|format| matches!(format, Png | Jpeg | WebP | Bmp | Tga));
-        let format = format.ok_or("unknown kind of picture, expected PNG, JPEG, WebP, BMP or TGA")?;
-        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-        reader.limits(limits(HEADER_BYTES));
-        let decoder = reader.into_decoder();
-        let decoder = decoder.map_err(|error| sentence(&error))?;
-        let (width, height) = decoder.dimensions();
-        if width.max(height) > MAX_IMAGE_SIDE || width.min(height) == 0 {
-            return Err(format!(
-                "it has {width}x{height} pixels, expected at most {MAX_IMAGE_SIDE}x{MAX_IMAGE_SIDE}"
-            ));
-        }
-        let pixels = u64::from(width) * u64::from(height);
-        // Decoded, as RGBA, and what a decoder keeps beside: coefficients or planes.
-        let needed = decoder.total_bytes().saturating_mul(2) + 4 * pixels + DECODER_BYTES;
-        let kept = Image::bytes([width, height]);
-        if needed + kept as u64 > budget.left() {
-            return Err(format!(
-                "it takes {}, above what is left of the memory limit",
-                in_bytes(needed + kept as u64)
-            ));
-        }
-        budget.take(kept).map_err(|error| error.to_string())?;
-        Ok(Known {
-            bytes,
-            format,
-            keeps_alpha,
-            kept,
-            needed,
-        })
-    }
-
-    fn decode(known: &Known<'_>) -> Result<(Image, bool), String> {
-        let mut reader = ImageReader::with_format(Cursor::new(known.bytes), known.format);
-        reader.limits(limits(known.needed));
-        let decoded: DynamicImage = reader.decode().map_err(|error| sentence(&error))?;
-        let mut image = decoded.into_rgba8();
-        let mut least_alpha = u8::MAX;
-        if !known.keeps_alpha {
-            for pixel in image.pixels_mut() {
-                least_alpha = least_alpha.min(pixel.0[3]);
-                pixel.0[3] = u8::MAX;
-            }
-        }
-        let (width, height) = image.dimensions();
-        let pixels = bytemuck::allocation::try_cast_vec(image.into_raw());
-        let pixels = pixels.map_err(|_| "it does not fit into memory".to_owned())?;
-        let image = Image::new([width, height], pixels).map_err(|error| error.to_string())?;
-        Ok((image, least_alpha < u8::MAX))
-    }
-
-    pub(in crate::format) fn limits(bytes: u64) -> Limits {
-        let mut limits = Limits::default();
-        limits.max_alloc = Some(bytes);
-        limits
-    }
-
-    pub(in crate::format) fn sentence(error: &ImageError) -> String {
-        decoder_reason(&error.to_string())
-    }
-}
-
 #[cfg(not(feature = "textures"))]
 mod decoding {
-    use super::{Budget, Encoded, Image};
+    use super::{Budget, Content, Encoded, Image};
 
     pub(super) fn all(
         encoded: &[Option<Encoded<'_>>],
         _: &[Option<usize>],
-        _: &[bool],
+        _: &[Content],
         _: &Budget,
     ) -> Vec<Option<Result<(Image, bool), String>>> {
         let missing = || Err("octray was built without its feature `textures`".to_owned());

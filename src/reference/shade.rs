@@ -173,13 +173,30 @@ pub(super) fn scatter<S: Simd>(
         emit(simd, color, weight, emitted);
         return None;
     }
-    let surface = surface(simd, scene, ray, hit);
+    let surface = mapped(scene, hit, width, surface(simd, scene, ray, hit));
     if !matches!(material, Material::Glass { .. }) {
         let light = gather_light(simd, scene, intersect, (&surface, &material), draw, rays);
         body(simd, (color, weight), &material, &light, scene.most_light());
     }
     emit(simd, color, weight, emitted);
     Some((material, surface))
+}
+
+/// A surface with its normal as a normal map changes it, if it has one.
+#[inline(always)]
+fn mapped(scene: &Scene, hit: &SceneHit, width: f32, mut surface: Surface) -> Surface {
+    if let Some(map) = scene.textures_of(hit.primitive).and_then(|all| all.normal_map) {
+        let point = TexturePoint {
+            hit: *hit,
+            point: surface.point,
+            normal: surface.geometric_normal,
+            direction: surface.direction,
+            width,
+        };
+        let side = if surface.from_behind { -1.0 } else { 1.0 };
+        surface.normal = scene.mapped_normal(&map, &point, surface.normal * side) * side;
+    }
+    surface
 }
 
 /// Adds the light that a material scatters.

@@ -26,7 +26,11 @@ pub struct Image {
     levels: Vec<Level>,
     curve: Curve,
     has_alpha: bool,
+    has_numbers: bool,
 }
+
+/// How four texels become one of the next level.
+type Mean = fn([[u8; 4]; 4]) -> [u8; 4];
 
 #[derive(Clone, Debug)]
 struct Level {
@@ -66,7 +70,22 @@ impl Image {
     /// # Errors
     /// [`SceneError::ImageSize`] if a side is 0 or above [`MAX_IMAGE_SIDE`], [`SceneError::ArrayLength`] or
     /// [`SceneError::NoMemory`].
-    pub fn new([width, height]: [u32; 2], pixels: Vec<[u8; 4]>) -> Result<Self, SceneError> {
+    pub fn new(size: [u32; 2], pixels: Vec<[u8; 4]>) -> Result<Self, SceneError> {
+        Self::with_mipmaps(size, pixels, Level::mean)
+    }
+
+    /// Makes an image whose bytes are no colours, as those of a [`NormalMap`](super::NormalMap): mipmaps are means of the
+    /// bytes, and no curve changes them.
+    ///
+    /// # Errors
+    /// As [`Image::new`].
+    pub fn of_numbers(size: [u32; 2], pixels: Vec<[u8; 4]>) -> Result<Self, SceneError> {
+        let mut image = Self::with_mipmaps(size, pixels, Level::mean_of_numbers)?;
+        image.has_numbers = true;
+        Ok(image)
+    }
+
+    fn with_mipmaps([width, height]: [u32; 2], pixels: Vec<[u8; 4]>, mean: Mean) -> Result<Self, SceneError> {
         if ![width, height]
             .iter()
             .all(|side| (1..=MAX_IMAGE_SIDE).contains(side))
@@ -83,13 +102,19 @@ impl Image {
             texels: pixels,
         }];
         while let Some(last) = levels.last().filter(|level| level.width * level.height > 1) {
-            levels.push(last.half()?);
+            levels.push(last.half(mean)?);
         }
         Ok(Self {
             levels,
             curve: Curve::Display,
             has_alpha,
+            has_numbers: false,
         })
+    }
+
+    /// Returns the means of red, green, blue and alpha, bytes.
+    pub(crate) fn mean(&self) -> [u8; 4] {
+        self.levels.last().map_or([0; 4], |level| level.texels[0])
     }
 
     /// Returns width and height, pixels.
@@ -111,9 +136,17 @@ impl Image {
         (width as usize * height as usize).saturating_mul(16) / 3 + 64
     }
 
-    /// Sets the meaning of the bytes.
+    /// Returns whether the image was made by [`Image::of_numbers`].
+    #[must_use]
+    pub fn has_numbers(&self) -> bool {
+        self.has_numbers
+    }
+
+    /// Sets the meaning of the bytes. Numbers stay what they are.
     pub fn set_curve(&mut self, curve: Curve) {
-        self.curve = curve;
+        if !self.has_numbers {
+            self.curve = curve;
+        }
     }
 
     /// Returns red, green, blue and alpha at texture coordinates, filtered trilinearly. `lod` is the binary logarithm of the
@@ -222,7 +255,7 @@ fn display(light: u32) -> u8 {
 
 impl Level {
     /// The next level: each texel is the mean of 2x2. The last column or row of an odd number is left out.
-    fn half(&self) -> Result<Self, SceneError> {
+    fn half(&self, mean: Mean) -> Result<Self, SceneError> {
         let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
         let mut texels = Vec::new();
         let reserved = texels.try_reserve_exact(width * height);
@@ -230,7 +263,7 @@ impl Level {
         texels.resize(width * height, [0; 4]);
         let fill = |(row, to): (usize, &mut [[u8; 4]])| {
             for (column, texel) in to.iter_mut().enumerate() {
-                *texel = self.mean(2 * column, 2 * row);
+                *texel = mean(self.four(2 * column, 2 * row));
             }
         };
         if texels.len() < WORTH_THREADS {
@@ -245,11 +278,22 @@ impl Level {
         })
     }
 
-    /// The mean of the 2x2 texels from here on.
-    fn mean(&self, column: usize, row: usize) -> [u8; 4] {
+    /// The 2x2 texels from here on.
+    fn four(&self, column: usize, row: usize) -> [[u8; 4]; 4] {
         let rows = [row, (row + 1).min(self.height - 1)];
         let columns = [column, (column + 1).min(self.width - 1)];
-        let four = [0, 1, 2, 3].map(|i| self.texels[rows[i / 2] * self.width + columns[i % 2]]);
+        [0, 1, 2, 3].map(|i| self.texels[rows[i / 2] * self.width + columns[i % 2]])
+    }
+
+    fn mean_of_numbers(four: [[u8; 4]; 4]) -> [u8; 4] {
+        std::array::from_fn(|channel| {
+            let sum: u32 = four.iter().map(|texel| u32::from(texel[channel])).sum();
+            ((sum + 2) / 4) as u8
+        })
+    }
+
+    /// The mean of the light of four texels.
+    fn mean(four: [[u8; 4]; 4]) -> [u8; 4] {
         if four == [four[0]; 4] {
             return four[0];
         }

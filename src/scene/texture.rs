@@ -1,9 +1,11 @@
-//! Textures of triangles: base colour, emission, opacity and cut-outs.
+//! Textures of triangles: base colour, emission, opacity, cut-outs and normals.
 
-use super::{Checker, Image, MaterialId, Opacity, Primitive, Scene, Texture, material::check_range};
+use super::{
+    Checker, Image, MaterialId, NormalMap, Opacity, Primitive, Scene, Texture, material::check_range,
+};
 use crate::{
     error::SceneError,
-    ray::{PrimitiveId, SceneHit},
+    ray::{InstanceId, PrimitiveId, SceneHit},
 };
 use glam::{DVec3, Vec3};
 
@@ -26,6 +28,8 @@ pub struct SurfaceTextures {
     pub emission: [f32; 3],
     /// Multiplies the emission.
     pub emission_map: Option<Texture>,
+    /// Changes the shading normals.
+    pub normal_map: Option<NormalMap>,
 }
 
 /// Cuts out the parts of a surface where a channel of an image is below a limit: no ray hits them.
@@ -69,6 +73,7 @@ impl SurfaceTextures {
         opacity: None,
         emission: [0.0; 3],
         emission_map: None,
+        normal_map: None,
     };
 
     /// The same textures with other images: image `i` becomes `images[i]`, or an invalid index if `images` is too short.
@@ -90,6 +95,10 @@ impl SurfaceTextures {
             }),
             emission: self.emission,
             emission_map: self.emission_map.map(other),
+            normal_map: self.normal_map.map(|map| NormalMap {
+                texture: other(map.texture),
+                ..map
+            }),
         }
     }
 
@@ -103,6 +112,9 @@ impl SurfaceTextures {
         }
         if let Some(opacity) = self.opacity {
             opacity.check()?;
+        }
+        if let Some(map) = self.normal_map {
+            map.check()?;
         }
         for texture in self.all().into_iter().flatten() {
             if texture.image as usize >= images {
@@ -128,12 +140,13 @@ impl SurfaceTextures {
     }
 
     /// Returns all textures.
-    pub(crate) fn all(&self) -> [Option<Texture>; 4] {
+    pub(crate) fn all(&self) -> [Option<Texture>; 5] {
         [
             self.base,
             self.cut_out.map(|cut_out| cut_out.texture),
             self.opacity.and_then(|opacity| opacity.map),
             self.emission_map,
+            self.normal_map.map(|map| map.texture),
         ]
     }
 
@@ -204,17 +217,9 @@ impl Scene {
         if textures.base.is_none() && textures.emission_map.is_none() {
             return (checker, textures.emission);
         }
-        let at = self.texture_coordinates(i, [point.hit.u, point.hit.v]);
-        let footprint = self.footprint(i, point);
-        let color = |texture: Option<Texture>| {
-            let Some(texture) = texture else { return [1.0; 3] };
-            let image = &self.images[texture.image as usize];
-            let [width, height] = image.size().map(f64::from);
-            // Half of the logarithm, because it is that of an area.
-            let lod = 0.5 * libm::log2f((footprint * width * height) as f32);
-            let [red, green, blue, _] = image.color(texture, at, lod);
-            [red, green, blue]
-        };
+        let lookup = Lookup::new(self, i, point);
+        let color =
+            |texture: Option<Texture>| texture.map_or([1.0; 3], |texture| lookup.color(self, texture));
         let (base, emitted) = (color(textures.base), color(textures.emission_map));
         (
             std::array::from_fn(|channel| base[channel] * checker[channel]),
@@ -224,19 +229,29 @@ impl Scene {
 
     /// Returns the share of the image's area that the ray's cone covers: an ellipse that lengthens at grazing angles.
     fn footprint(&self, i: usize, point: &TexturePoint) -> f64 {
-        let mut corners = self.triangle(i);
-        if let Some(instance) = self.instance(point.hit.instance) {
-            let placement = instance.placement();
-            corners = corners.map(|corner| placement.point(corner));
-        }
-        let [p0, p1, p2] = corners.map(Vec3::as_dvec3);
-        let [a, b, c] = self.triangles.corners[i].map(|vertex| self.uv(vertex).map(f64::from));
+        let [p0, p1, p2] = self.placed_corners(i, point.hit.instance);
+        let [a, b, c] = self.corner_coordinates(i);
         let normal = (p1 - p0).cross(p2 - p0);
         let image = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
         let length = dot(normal, normal).sqrt();
         let cosine = dot(normal, point.direction.as_dvec3()).abs() / length;
         let width = f64::from(point.width);
         image.abs() / length * width * width / cosine.max(LEAST_COSINE)
+    }
+
+    /// The corners of a triangle in the world.
+    pub(super) fn placed_corners(&self, i: usize, instance: InstanceId) -> [DVec3; 3] {
+        let mut corners = self.triangle(i);
+        if let Some(instance) = self.instance(instance) {
+            let placement = instance.placement();
+            corners = corners.map(|corner| placement.point(corner));
+        }
+        corners.map(Vec3::as_dvec3)
+    }
+
+    /// The texture coordinates of a triangle's corners.
+    pub(super) fn corner_coordinates(&self, i: usize) -> [[f64; 2]; 3] {
+        self.triangles.corners[i].map(|vertex| self.uv(vertex).map(f64::from))
     }
 
     /// Returns the texture coordinates at weights of the second and third corner.
@@ -255,7 +270,34 @@ impl Scene {
     }
 }
 
+/// Where a ray meets the images of a triangle.
+pub(super) struct Lookup {
+    /// Texture coordinates.
+    at: [f32; 2],
+    /// The share of an image's area that the ray's cone covers.
+    footprint: f64,
+}
+
+impl Lookup {
+    pub(super) fn new(scene: &Scene, i: usize, point: &TexturePoint) -> Self {
+        Self {
+            at: scene.texture_coordinates(i, [point.hit.u, point.hit.v]),
+            footprint: scene.footprint(i, point),
+        }
+    }
+
+    /// The red, green and blue of an image.
+    pub(super) fn color(&self, scene: &Scene, texture: Texture) -> [f32; 3] {
+        let image = &scene.images[texture.image as usize];
+        let [width, height] = image.size().map(f64::from);
+        // Half of the logarithm, because it is that of an area.
+        let lod = 0.5 * libm::log2f((self.footprint * width * height) as f32);
+        let [red, green, blue, _] = image.color(texture, self.at, lod);
+        [red, green, blue]
+    }
+}
+
 /// Sums in one order, whatever the library does.
-fn dot(a: DVec3, b: DVec3) -> f64 {
+pub(super) fn dot(a: DVec3, b: DVec3) -> f64 {
     a.x * b.x + a.y * b.y + a.z * b.z
 }

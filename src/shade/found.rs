@@ -94,7 +94,7 @@ impl Found {
             }
         }
         let hits = &self.hits[..rays.rays.packets().len()];
-        let (sorted, surfaces) = (&self.by_material, &self.surfaces);
+        let (sorted, surfaces) = (&self.by_material, &mut self.surfaces[..]);
         let tints = &mut self.tints;
         tints.clear();
         if scene.has_colors() {

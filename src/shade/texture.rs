@@ -1,4 +1,4 @@
-//! Textures: factors of base colours, and emitted light, one lookup per point. Only scenes with textures run this pass.
+//! Textures: factors of base colours, emitted light and normals, ray by ray. Only scenes with textures run this pass.
 
 use super::{
     queue::{HitQueue, RayQueue},
@@ -33,19 +33,19 @@ impl Textured {
     }
 }
 
-/// Multiplies the tints (white by default) and fills `textured`. `cone` is that of the rays, along their
+/// Multiplies the tints (white by default), changes normals by normal maps, and fills `textured`. `cone` is that of the rays, along their
 /// paths from the camera.
 pub(super) fn pass(
     scene: &Scene,
     (rays, hits, instances): (&RayQueue, &[HitPacket], &[[u32; LANES]]),
-    (by_material, surfaces): (&HitQueue, &[SurfacePacket]),
+    (by_material, surfaces): (&HitQueue, &mut [SurfacePacket]),
     cone: RayCone,
     tints: &mut Vec<Tint8>,
     textured: &mut Textured,
 ) {
     textured.clear();
     tints.resize(surfaces.len(), [F32x8::splat(1.0); 3]);
-    let mut packets = surfaces.iter().zip(tints);
+    let mut packets = surfaces.iter_mut().zip(tints);
     by_material.for_each_packet(|ray_i| {
         let Some((surface, tint)) = packets.next() else {
             return;
@@ -60,7 +60,7 @@ pub(super) fn pass(
                 continue;
             }
             let instance = instances.get(p).map_or(InstanceId::NONE.0, |of| of[from]);
-            let (factor, light) = scene.textured(&TexturePoint {
+            let point = TexturePoint {
                 hit: SceneHit {
                     hit,
                     instance: InstanceId(instance),
@@ -69,10 +69,22 @@ pub(super) fn pass(
                 normal: surface.geometric_normal.lane(lane),
                 direction: surface.direction.lane(lane),
                 width: cone.width(travelled),
-            });
+            };
+            let (factor, light) = scene.textured(&point);
             for channel in 0..3 {
                 tint[channel].as_mut_array()[lane] *= factor[channel];
                 emitted[channel].as_mut_array()[lane] = light[channel];
+            }
+            let normal_map = scene.textures_of(hit.primitive).and_then(|all| all.normal_map);
+            if let Some(map) = normal_map {
+                let side = if surface.from_behind >> lane & 1 == 0 {
+                    1.0
+                } else {
+                    -1.0
+                };
+                let normal = surface.normal.lane(lane) * side;
+                let mapped = scene.mapped_normal(&map, &point, normal);
+                surface.normal.set(lane, mapped * side);
             }
         }
         textured.emitted.push(emitted);

@@ -29,6 +29,7 @@ mod lights;
 mod lines;
 mod mesh_files;
 mod moving;
+mod normal_maps;
 mod numbers;
 mod odd_scenes;
 mod picture;

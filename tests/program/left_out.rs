@@ -31,10 +31,10 @@ fn alpha_of_a_texture() {
     folder.run_line("a.obj -s 8x8").succeeded();
     square(
         &folder,
-        "map_Ka b.png\nmap_Kd t.png\nmap_Bump c.png\nnewmtl b\nmap_bump c.png",
+        "map_Ka b.png\nmap_Kd t.png\nmap_Ns c.png\nnewmtl b\nmap_ns c.png",
     );
     let run = folder.run_line("a.obj -s 8x8");
-    let expected = "warning: a.mtl: left out: textures `map_Bump`, `map_bump`, `map_Ka`\n";
+    let expected = "warning: a.mtl: left out: textures `map_Ns`, `map_ns`, `map_Ka`\n";
     assert_eq!(run.stderr, expected);
 }
 

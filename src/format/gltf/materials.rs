@@ -1,6 +1,6 @@
 //! Materials as octray shows them: base colour, highlight, emission, textures and their coordinates.
 
-use super::transmission::Through;
+use super::{normal_maps::Transforms, transmission::Through};
 use crate::{
     format::mesh::Surface,
     math::srgb,
@@ -9,7 +9,7 @@ use crate::{
 use gltf::{
     json::{self, Root},
     material::AlphaMode,
-    texture::{Info, MagFilter, WrappingMode},
+    texture::{self, Info, MagFilter, WrappingMode},
 };
 use serde::Deserialize;
 
@@ -23,19 +23,24 @@ const WEBP: &str = "EXT_texture_webp";
 pub(super) struct Placement {
     /// Which set of texture coordinates.
     pub(super) set: u32,
-    offset: [f32; 2],
-    rotation: f32,
-    scale: [f32; 2],
+    pub(super) offset: [f32; 2],
+    pub(super) rotation: f32,
+    pub(super) scale: [f32; 2],
 }
 
 impl Placement {
-    fn of(info: &Info<'_>) -> Self {
-        let plain = Self {
-            set: info.tex_coord(),
+    /// That of a set of coordinates that are not moved.
+    pub(super) fn plain(set: u32) -> Self {
+        Self {
+            set,
             offset: [0.0; 2],
             rotation: 0.0,
             scale: [1.0; 2],
-        };
+        }
+    }
+
+    fn of(info: &Info<'_>) -> Self {
+        let plain = Self::plain(info.tex_coord());
         info.texture_transform().map_or(plain, |transform| Self {
             set: transform.tex_coord().unwrap_or(plain.set),
             offset: transform.offset(),
@@ -66,15 +71,21 @@ pub(super) struct Shown {
     pub(super) placement: Option<Placement>,
     /// Whether its emission has other coordinates, so that its texture is not shown.
     pub(super) emission_left_out: bool,
-    /// Whether the image of its base colour or emission is of a kind that octray does not read.
+    /// Whether its normal map has other coordinates.
+    pub(super) normals_left_out: bool,
+    /// Whether an image of it is of a kind that octray does not read.
     pub(super) is_unsupported: bool,
 }
 
 /// The materials of a file; textures have the numbers of the file's images.
-pub(super) fn materials(document: &gltf::Document, webp: &[Option<u32>]) -> Vec<Shown> {
+pub(super) fn materials(
+    document: &gltf::Document,
+    webp: &[Option<u32>],
+    transforms: &Transforms,
+) -> Vec<Shown> {
     document
         .materials()
-        .map(|material| shown(&material, webp))
+        .map(|material| shown(&material, webp, transforms))
         .collect()
 }
 
@@ -133,8 +144,7 @@ struct WebpSource {
 }
 
 /// A texture with the number of its image; `None` if its image is of a kind that octray does not read.
-fn texture(info: &Info<'_>, webp: &[Option<u32>]) -> Option<Texture> {
-    let texture = info.texture();
+fn texture(texture: &texture::Texture<'_>, webp: &[Option<u32>]) -> Option<Texture> {
     let preferred = webp.get(texture.index()).copied().flatten();
     let image = preferred.or_else(|| Some(texture.source()?.index() as u32))?;
     let sampler = texture.sampler();
@@ -151,8 +161,8 @@ fn texture(info: &Info<'_>, webp: &[Option<u32>]) -> Option<Texture> {
 }
 
 /// A texture of a material, as far as octray reads it.
-struct MapRead {
-    texture: Option<Texture>,
+pub(super) struct MapRead {
+    pub(super) texture: Option<Texture>,
     /// `None` without a texture.
     placement: Option<Placement>,
     /// Its image is of a kind that octray does not read.
@@ -160,14 +170,18 @@ struct MapRead {
 }
 
 impl MapRead {
-    fn of(info: Option<&Info<'_>>, webp: &[Option<u32>]) -> Self {
-        let texture = info.and_then(|info| texture(info, webp));
-        let read = info.filter(|_| texture.is_some());
+    pub(super) fn new(written: Option<(&texture::Texture<'_>, Placement)>, webp: &[Option<u32>]) -> Self {
+        let read = written.and_then(|(map, _)| texture(map, webp));
         Self {
-            texture,
-            placement: read.map(Placement::of),
-            is_unsupported: info.is_some() && texture.is_none(),
+            texture: read,
+            placement: written.filter(|_| read.is_some()).map(|(_, placement)| placement),
+            is_unsupported: written.is_some() && read.is_none(),
         }
+    }
+
+    fn of(info: Option<&Info<'_>>, webp: &[Option<u32>]) -> Self {
+        let map = info.map(Info::texture);
+        Self::new(map.as_ref().zip(info.map(Placement::of)), webp)
     }
 }
 
@@ -189,7 +203,7 @@ fn factors<'a>(material: &gltf::Material<'a>) -> ([f32; 4], Option<Info<'a>>, f3
 }
 
 /// A material as octray shows it. Base colours and those of vertices are linear; surfaces and meshes hold display values.
-fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
+fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Transforms) -> Shown {
     let ([red, green, blue, alpha], base_info, roughness, metallic) = factors(material);
     let through = Through::of(material);
     let glass = match through {
@@ -209,6 +223,10 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
             .emissive_factor()
             .map(|factor| display_emission(factor * strength))
     };
+    let placement = base.placement.or(emissive.placement);
+    let (normals, normal_map) = transforms.map(material, webp);
+    let normals_left_out =
+        normals.placement.is_some() && placement.is_some_and(|own| normals.placement != Some(own));
     let (cut_out, opacity) = coverage(material, alpha, base.texture, through);
     let mut diffuse = [red, green, blue].map(display_value);
     if base.is_unsupported {
@@ -233,13 +251,15 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
             opacity,
             emission,
             emission_map: emissive.texture.filter(|_| emission != [0.0; 3]),
+            normal_map: normal_map.filter(|_| !normals_left_out && glass.is_none()),
         },
     };
     Shown {
         surface,
-        placement: base.placement.or(emissive.placement),
+        placement: placement.or(normals.placement),
         emission_left_out,
-        is_unsupported: base.is_unsupported || emissive.is_unsupported,
+        normals_left_out,
+        is_unsupported: base.is_unsupported || emissive.is_unsupported || normals.is_unsupported,
     }
 }
 

@@ -20,6 +20,7 @@ mod instancing;
 mod lights;
 mod materials;
 mod nodes;
+mod normal_maps;
 mod shapes;
 mod sharing;
 mod transmission;
@@ -112,7 +113,8 @@ pub(super) fn parse(
     let instancing = instancing::Instancing::of(json, path)?;
     let document = document(root, path)?;
     let compression = Compression::of(json, path, &document)?;
-    let materials = materials::materials(&document, &webp);
+    let transforms = normal_maps::Transforms::of(json);
+    let materials = materials::materials(&document, &webp, &transforms);
     let mut buffers = Buffers::new(path, bytes.len(), blob, open, &compression, budget);
     let mut reading = nodes::Reading::new(lights, is_cloud);
     reading.scene(&document, &materials, &instancing, &mut buffers)?;
@@ -130,6 +132,11 @@ pub(super) fn parse(
         count(|shown| shown.emission_left_out),
         "emission texture with a different transform",
         "emission textures with different transforms",
+    );
+    left_out.count(
+        count(|shown| shown.normals_left_out),
+        "normal map with a different transform",
+        "normal maps with different transforms",
     );
     left_out.count(
         reading.odd_uvs(),

@@ -7,6 +7,8 @@ use glam::{DVec3, Vec3};
 use std::io;
 
 mod lights;
+#[cfg(feature = "textures")]
+mod normal_maps;
 mod sharing;
 
 /// Three positions, a normal each, and indices 0, 1, 2 as bytes.
@@ -199,8 +201,13 @@ fn one_note_lists_all_that_is_left_out() {
 /// The triangle with texture coordinates from its positions, and a material that shows an image of 3x2 pixels.
 #[cfg(feature = "textures")]
 fn textured(material: &str, textures: &str) -> Result<LoadedMesh, String> {
+    textured_by([255, 0, 0, 100], material, textures)
+}
+
+#[cfg(feature = "textures")]
+fn textured_by(pixel: [u8; 4], material: &str, textures: &str) -> Result<LoadedMesh, String> {
     let mut png = io::Cursor::new(Vec::new());
-    let image = image::RgbaImage::from_pixel(3, 2, image::Rgba([255, 0, 0, 100]));
+    let image = image::RgbaImage::from_pixel(3, 2, image::Rgba(pixel));
     image
         .write_to(&mut png, image::ImageFormat::Png)
         .expect("it is written");

@@ -1,4 +1,5 @@
-//! Material libraries: `newmtl`, `Kd`, `Ks`, `Ke`, `Ns`, `illum`, `map_Kd`, `map_Ke`, `map_d`, in upper or lower case. Faults
+//! Material libraries: `newmtl`, `Kd`, `Ks`, `Ke`, `Ns`, `illum`, `map_Kd`, `map_Ke`, `map_d`, `norm`,
+//! `bump`, in upper or lower case. Faults
 //! and whatever else a library contains become notes; the mesh is shown all the same.
 
 use super::super::{
@@ -10,7 +11,7 @@ use super::super::{
 };
 use crate::{
     error::quote,
-    scene::{CutOut, MAX_MATERIALS, Opacity, SurfaceTextures, Texture, Wrap},
+    scene::{CutOut, MAX_MATERIALS, MAX_NORMAL_SCALE, NormalMap, Opacity, SurfaceTextures, Texture, Wrap},
 };
 use std::{
     borrow::Cow,
@@ -75,12 +76,12 @@ pub(super) fn parse(
             b"ke" => color(words).map(|color| material.emission = color),
             b"d" => opacity(words).map(|opacity| material.opaque = Some(opacity)),
             b"tr" => number(&mut words).map(|share| material.transparent = share),
-            b"disp" | b"decal" | b"bump" | b"refl" | b"norm" => {
+            b"disp" | b"decal" | b"refl" => {
                 left_out.add_texture(written);
                 add_texture_file(texture_files, path, &texture_file(words).name());
                 Some(())
             }
-            _ if keyword.starts_with(b"map_") => {
+            name if name.starts_with(b"map_") || matches!(name, b"bump" | b"norm") => {
                 let file = texture_file(words);
                 add_texture_file(texture_files, path, &file.name());
                 let read = material.read_map(&keyword, &file, (path, &mut *images), budget)?;
@@ -208,6 +209,8 @@ struct Reading<'a> {
     transparent: f32,
     emission: [f32; 3],
     emission_map: Option<Texture>,
+    normals: Option<Texture>,
+    normal_scale: f32,
     /// By its illumination model.
     is_traced: bool,
 }
@@ -228,11 +231,13 @@ impl<'a> Reading<'a> {
             transparent: 0.0,
             emission: [0.0; 3],
             emission_map: None,
+            normals: None,
+            normal_scale: 1.0,
             is_traced: false,
         }
     }
 
-    /// Reads a statement `map_...`, whose keyword is in lower case. Returns whether its texture is shown.
+    /// Reads a statement `map_...`, `norm` or `bump`, whose keyword is in lower case. Returns whether its texture is shown.
     ///
     /// # Errors
     /// The images do not fit into the budget.
@@ -250,6 +255,11 @@ impl<'a> Reading<'a> {
             }
             b"map_ke" => &mut self.emission_map,
             b"map_d" => &mut self.mask,
+            // Programs write the name of a normal map after any of these. A height map is told by its pixels.
+            b"norm" | b"bump" | b"map_bump" => {
+                self.normal_scale = file.strength;
+                &mut self.normals
+            }
             b"map_ka" => {
                 self.ambient_file = Some(file.written);
                 return Ok(false);
@@ -312,6 +322,10 @@ impl<'a> Reading<'a> {
                 opacity: Opacity::new(self.opacity().unwrap_or(1.0), None),
                 emission,
                 emission_map: self.emission_map,
+                normal_map: self.normals.map(|texture| NormalMap {
+                    texture,
+                    scale: self.normal_scale,
+                }),
             },
         };
         (self.name, surface)
@@ -324,6 +338,8 @@ struct TextureFile<'a> {
     wrap: Wrap,
     /// Whether the texture is offset or scaled.
     is_moved: bool,
+    /// The factor of a bump map.
+    strength: f32,
 }
 
 impl TextureFile<'_> {
@@ -335,10 +351,11 @@ impl TextureFile<'_> {
 /// Reads a texture statement: options, and the file's name.
 fn texture_file(mut words: Words<'_>) -> TextureFile<'_> {
     let mut name = words.rest();
-    let (mut wrap, mut is_moved) = (Wrap::Repeat, false);
+    let (mut wrap, mut is_moved, mut strength) = (Wrap::Repeat, false, 1.0);
     while let Some((option @ [b'-', ..], _)) = words.next() {
         match option {
             b"-mm" => _ = words.nth(1),
+            b"-bm" => strength = number(&mut words).unwrap_or(1.0),
             b"-o" | b"-s" | b"-t" => {
                 let (mut numbers, still) = (words.clone(), if option == b"-s" { 1.0 } else { 0.0 });
                 while let Some(number) = number(&mut numbers) {
@@ -368,6 +385,7 @@ fn texture_file(mut words: Words<'_>) -> TextureFile<'_> {
         written: unquoted.unwrap_or(name),
         wrap,
         is_moved,
+        strength: strength.clamp(-MAX_NORMAL_SCALE, MAX_NORMAL_SCALE),
     }
 }
 

@@ -113,12 +113,12 @@ fn what_is_not_read_is_said() {
     );
 
     let mtl = "newmtl glass\nd 0.5\nillum 6\nKe 0 0 0\nnewmtl lamp\nTr 0\nd -halo 1\nKe 1 1 0.5\nmap_Ke a.png\n\
-        newmtl leaf\nmap_d b.png\nmap_Bump c.png\nnorm d.png\nTr 0.25\nKa 1 1 1\nTf 1 1 1\nPr 0.5\nPm 0\n";
+        newmtl leaf\nmap_d b.png\nmap_Ns c.png\ndisp d.png\nTr 0.25\nKa 1 1 1\nTf 1 1 1\nPr 0.5\nPm 0\n";
     let mesh = load(&format!("mtllib a b.mtl\n{SQUARE}f 1 2 3"), mtl).expect("a mesh");
     assert_eq!(
         mesh.notes,
         [
-            "folder/a b.mtl: left out: textures `map_Bump`, `norm`, reflection or refraction of 1 material, statements `Pr`"
+            "folder/a b.mtl: left out: textures `map_Ns`, `disp`, reflection or refraction of 1 material, statements `Pr`"
         ]
     );
     let opacity = |surface: &Surface| surface.textures.opacity.map(|opacity| opacity.factor);

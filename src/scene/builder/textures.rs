@@ -22,7 +22,8 @@ impl SceneBuilder {
         Ok(self.images.len() as u32 - 1)
     }
 
-    /// Adds a material with textures, emission or opacity, even if an equal one exists. Glass ignores the opacity.
+    /// Adds a material with textures, emission or opacity, even if an equal one exists. Glass ignores the opacity
+    /// and the normal map.
     ///
     /// # Errors
     /// As [`SceneBuilder::add_material`]; also [`SceneError::UnknownImage`].
@@ -33,6 +34,7 @@ impl SceneBuilder {
     ) -> Result<MaterialId, SceneError> {
         if matches!(material, Material::Glass { .. }) {
             textures.opacity = None;
+            textures.normal_map = None;
         }
         if textures == SurfaceTextures::NONE {
             return self.add_material(material);

@@ -1,0 +1,97 @@
+//! Normal maps of materials. The gltf crate does not read how they are moved.
+
+use super::materials::{MapRead, Placement};
+use crate::scene::{MAX_NORMAL_SCALE, NormalMap};
+use gltf::{json, material::NormalTexture};
+use serde::Deserialize;
+
+const TRANSFORM: &str = "KHR_texture_transform";
+
+/// The transforms of the normal maps of a file.
+pub(super) struct Transforms {
+    materials: Vec<MaterialOf>,
+}
+
+impl Transforms {
+    /// `text` is the JSON.
+    pub(super) fn of(text: &[u8]) -> Self {
+        let is_used = text
+            .windows(TRANSFORM.len())
+            .any(|found| found == TRANSFORM.as_bytes());
+        let file: FileOf = if is_used {
+            json::deserialize::from_slice(text).unwrap_or_default()
+        } else {
+            FileOf::default()
+        };
+        Self {
+            materials: file.materials,
+        }
+    }
+
+    /// The normal map of a material; `None` without one.
+    pub(super) fn map(
+        &self,
+        material: &gltf::Material<'_>,
+        webp: &[Option<u32>],
+    ) -> (MapRead, Option<NormalMap>) {
+        let normal = material.normal_texture().filter(|_| !material.unlit());
+        let placement = normal.as_ref().map(|normal| self.placement(material, normal));
+        let image = normal.as_ref().map(NormalTexture::texture);
+        let read = MapRead::new(image.as_ref().zip(placement), webp);
+        let scale = normal.map_or(1.0, |normal| normal.scale());
+        let map = read.texture.filter(|_| scale.is_finite());
+        let map = map.map(|texture| NormalMap {
+            texture,
+            scale: scale.clamp(-MAX_NORMAL_SCALE, MAX_NORMAL_SCALE),
+        });
+        (read, map)
+    }
+
+    fn placement(&self, material: &gltf::Material<'_>, normal: &NormalTexture<'_>) -> Placement {
+        let own = material.index().and_then(|i| self.materials.get(i));
+        let moved = own.and_then(|own| own.normal.as_ref()?.extensions.transform.as_ref());
+        let plain = Placement::plain(normal.tex_coord());
+        moved.map_or(plain, |moved| Placement {
+            set: moved.set.unwrap_or(plain.set),
+            offset: moved.offset.unwrap_or(plain.offset),
+            rotation: moved.rotation,
+            scale: moved.scale.unwrap_or(plain.scale),
+        })
+    }
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct FileOf {
+    materials: Vec<MaterialOf>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct MaterialOf {
+    #[serde(rename = "normalTexture")]
+    normal: Option<NormalOf>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct NormalOf {
+    extensions: ExtensionsOf,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct ExtensionsOf {
+    #[serde(rename = "KHR_texture_transform")]
+    transform: Option<TransformOf>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct TransformOf {
+    offset: Option<[f32; 2]>,
+    rotation: f32,
+    scale: Option<[f32; 2]>,
+    #[serde(rename = "texCoord")]
+    set: Option<u32>,
+}

@@ -1,0 +1,154 @@
+//! Decodes images, within limits of size and memory.
+
+use super::{Budget, Content, Encoded, Image};
+use crate::{
+    error::{decoder_reason, in_bytes},
+    scene::MAX_IMAGE_SIDE,
+};
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
+use rayon::prelude::*;
+use std::{
+    io::Cursor,
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::Path,
+};
+
+/// Memory of a decoder beside the pixels, bytes.
+pub(in crate::format) const DECODER_BYTES: u64 = 1 << 20;
+
+/// Memory for all that comes before the pixels, such as colour profiles, bytes.
+pub(in crate::format) const HEADER_BYTES: u64 = 8 << 20;
+
+/// An image whose header was read.
+struct Known<'a> {
+    bytes: &'a [u8],
+    format: ImageFormat,
+    content: Content,
+    /// What the image takes, bytes.
+    kept: usize,
+    /// What decoding it takes until the image is made, bytes.
+    needed: u64,
+}
+
+/// Decodes each image that is the first of equal ones; what they are is in `contents`. With each image comes whether it
+/// loses an alpha below 1.
+pub(super) fn all(
+    encoded: &[Option<Encoded<'_>>],
+    first: &[Option<usize>],
+    contents: &[Content],
+    budget: &Budget,
+) -> Vec<Option<Result<(Image, bool), String>>> {
+    // In order, so that it does not depend on threads which images fit.
+    let known: Vec<Option<Result<Known<'_>, String>>> = encoded
+        .iter()
+        .enumerate()
+        .map(|(i, encoded)| {
+            let encoded = encoded.as_ref()?;
+            if first[i].is_some_and(|first| first != i) {
+                return None;
+            }
+            let bytes = encoded.bytes.clone();
+            Some(bytes.and_then(|bytes| known(bytes, &encoded.name, contents[i], budget)))
+        })
+        .collect();
+    let largest = known
+        .iter()
+        .flatten()
+        .flatten()
+        .map(|known| known.needed)
+        .max()
+        .unwrap_or(0);
+    let decode = |known: Option<Result<Known<'_>, String>>| {
+        Some(known?.and_then(|known| {
+            let decoded = catch_unwind(AssertUnwindSafe(|| decode(&known)));
+            let decoded = decoded.unwrap_or_else(|_| Err("its decoder failed".to_owned()));
+            decoded.inspect_err(|_| budget.give_back(known.kept))
+        }))
+    };
+    let at_once = rayon::current_num_threads() as u64;
+    if largest.saturating_mul(at_once) <= budget.left() {
+        known.into_par_iter().with_max_len(1).map(decode).collect()
+    } else {
+        known.into_iter().map(decode).collect()
+    }
+}
+
+/// Reads the header and takes the image from the budget.
+fn known<'a>(bytes: &'a [u8], name: &str, content: Content, budget: &Budget) -> Result<Known<'a>, String> {
+    use ImageFormat::{Bmp, Jpeg, Png, Tga, WebP};
+    let by_name = || ImageFormat::from_path(Path::new(name)).ok();
+    let format = image::guess_format(bytes).ok().or_else(by_name);
+    let format = format.filter(|format| matches!(format, Png | Jpeg | WebP | Bmp | Tga));
+    let format = format.ok_or("unknown kind of picture, expected PNG, JPEG, WebP, BMP or TGA")?;
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    reader.limits(limits(HEADER_BYTES));
+    let decoder = reader.into_decoder();
+    let decoder = decoder.map_err(|error| sentence(&error))?;
+    let (width, height) = decoder.dimensions();
+    if width.max(height) > MAX_IMAGE_SIDE || width.min(height) == 0 {
+        return Err(format!(
+            "it has {width}x{height} pixels, expected at most {MAX_IMAGE_SIDE}x{MAX_IMAGE_SIDE}"
+        ));
+    }
+    let pixels = u64::from(width) * u64::from(height);
+    // Decoded, as RGBA, and what a decoder keeps beside: coefficients or planes.
+    let needed = decoder.total_bytes().saturating_mul(2) + 4 * pixels + DECODER_BYTES;
+    let kept = Image::bytes([width, height]);
+    if needed + kept as u64 > budget.left() {
+        return Err(format!(
+            "it takes {}, above what is left of the memory limit",
+            in_bytes(needed + kept as u64)
+        ));
+    }
+    budget.take(kept).map_err(|error| error.to_string())?;
+    Ok(Known {
+        bytes,
+        format,
+        content,
+        kept,
+        needed,
+    })
+}
+
+fn decode(known: &Known<'_>) -> Result<(Image, bool), String> {
+    let mut reader = ImageReader::with_format(Cursor::new(known.bytes), known.format);
+    reader.limits(limits(known.needed));
+    let decoded: DynamicImage = reader.decode().map_err(|error| sentence(&error))?;
+    let mut image = decoded.into_rgba8();
+    let mut least_alpha = u8::MAX;
+    if known.content == Content::Colors {
+        for pixel in image.pixels_mut() {
+            least_alpha = least_alpha.min(pixel.0[3]);
+            pixel.0[3] = u8::MAX;
+        }
+    }
+    let (width, height) = image.dimensions();
+    let pixels = bytemuck::allocation::try_cast_vec(image.into_raw());
+    let pixels = pixels.map_err(|_| "it does not fit into memory".to_owned())?;
+    let image = match known.content {
+        Content::Numbers => normal_map([width, height], pixels)?,
+        _ => Image::new([width, height], pixels).map_err(|error| error.to_string())?,
+    };
+    Ok((image, least_alpha < u8::MAX))
+}
+
+/// The image of a normal map, whose mean points away from the surface.
+fn normal_map(size: [u32; 2], pixels: Vec<[u8; 4]>) -> Result<Image, String> {
+    let image = Image::of_numbers(size, pixels).map_err(|error| error.to_string())?;
+    let [red, green, blue, _] = image.mean();
+    if blue > red.max(green).saturating_add(16) {
+        Ok(image)
+    } else {
+        Err("it is a height map, or something else that is no normal map".to_owned())
+    }
+}
+
+pub(in crate::format) fn limits(bytes: u64) -> Limits {
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(bytes);
+    limits
+}
+
+pub(in crate::format) fn sentence(error: &ImageError) -> String {
+    decoder_reason(&error.to_string())
+}
