@@ -171,6 +171,7 @@ struct Said {
     background: Option<SourcePos>,
     ambient: Option<SourcePos>,
     smooth_shadows: Option<SourcePos>,
+    ambient_specular: Option<SourcePos>,
     /// By name.
     cameras: HashMap<Option<String>, SourcePos>,
 }

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     math::{max, min, powi},
     ray::{Hit, Ray, SceneHit, T_MAX},
-    scene::{LightShape, Material, Primitive, RayCone, Scene, TexturePoint},
+    scene::{AMBIENT_SPECULAR, LightShape, Material, Primitive, RayCone, Scene, TexturePoint, polish},
     simd::{Level, Simd, at_level},
     sobol,
 };
@@ -218,11 +218,13 @@ fn body<S: Simd>(
             k_s,
             ..
         } => {
+            let polished = polish(specular, k_s);
             let mut own = [0.0; 3];
             for i in 0..3 {
                 let body = simd.mul_add(k_d, light.diffuse[i], light.ambient);
                 let gloss = k_s * light.specular[i];
-                let sum = simd.mul_add(diffuse[i], body, specular[i] * gloss);
+                let gloss = simd.mul_add(polished[i], light.reflected, specular[i] * gloss);
+                let sum = simd.mul_add(diffuse[i], body, gloss);
                 own[i] = min(max(sum, 0.0), most);
             }
             add(simd, color, weight, own);
@@ -272,6 +274,8 @@ struct Light {
     ambient: f32,
     diffuse: [f32; 3],
     specular: [f32; 3],
+    /// I_a times how much of it surfaces reflect, or 0.
+    reflected: f32,
 }
 
 /// The random points of one depth.
@@ -306,6 +310,7 @@ fn gather_light<S: Simd>(
         ambient: scene.ambient(),
         diffuse: [0.0; 3],
         specular: [0.0; 3],
+        reflected: 0.0,
     };
     if let Some(reach) = scene.ambient_reach()
         && shadows
@@ -316,6 +321,9 @@ fn gather_light<S: Simd>(
         if intersect.occluded(&light::leaving(simd, (s, light::offset(s)), direction, reach)) {
             sum.ambient = 0.0;
         }
+    }
+    if scene.ambient_specular() {
+        sum.reflected = sum.ambient * reflectance(simd, s);
     }
     for (i, light) in lights.iter().enumerate() {
         let point = || draw.sample.point(draw.first_pair + 1 + i);
@@ -370,6 +378,15 @@ fn gather_light<S: Simd>(
         }
     }
     sum
+}
+
+/// How much ambient light a surface reflects, as a factor.
+#[inline(always)]
+fn reflectance<S: Simd>(simd: S, s: &Surface) -> f32 {
+    let grazing = min(max(1.0 + simd.dot(s.normal, s.direction), 0.0), 1.0);
+    let squared = grazing * grazing;
+    let [least, more] = AMBIENT_SPECULAR;
+    simd.mul_add(squared * squared * grazing, more, least)
 }
 
 impl Light {

@@ -1,11 +1,26 @@
 //! Materials: the reflection models and the ranges of their constants.
 
-use super::is_usable;
-use crate::{classic, error::SceneError};
+use super::{Scene, is_usable};
+use crate::{classic, error::SceneError, math::min};
 
 /// The largest Blinn-Phong exponent. Unit vectors in `f32` may be slightly too long, and a larger power would amplify
 /// that.
 pub const MAX_ALPHA: u32 = 10_000;
+
+/// With [`Scene::ambient_specular`]: the factors of what surfaces reflect straight on, and what they reflect more at grazing
+/// angles.
+pub(crate) const AMBIENT_SPECULAR: [f32; 2] = [0.5, 3.0];
+
+/// What surfaces reflect of ambient light, by channel, times [`AMBIENT_SPECULAR`]: their highlight's colour and strength, but
+/// no more than plastic, since strong highlights would hide their colours.
+#[inline(always)]
+pub(crate) fn polish(specular: [f32; 3], k_s: f32) -> [f32; 3] {
+    let [r, g, b] = specular;
+    [r * k_s, g * k_s, b * k_s].map(
+        #[inline(always)]
+        |channel| min(channel, 0.08),
+    )
+}
 
 /// The range of refractive indices; below 1 for bubbles in a denser medium.
 pub const INDEX_RANGE: (f32, f32) = (0.3, 3.0);
@@ -193,6 +208,17 @@ impl Material {
             } => write(4, &[index, r, g, b, depth]),
         }
         bits
+    }
+}
+
+impl Scene {
+    /// Returns whether Blinn-Phong reflects ambient light, too: min(c_s k_s, 0.08) I_a (0.5 + 3 (1 - n.v)^5), v to the
+    /// viewer, after Schlick, *An Inexpensive BRDF Model for Physically-based Rendering*, 1994. Dark, glossy things show
+    /// their shape then.
+    #[inline]
+    #[must_use]
+    pub fn ambient_specular(&self) -> bool {
+        self.ambient_specular
     }
 }
 

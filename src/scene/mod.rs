@@ -49,6 +49,7 @@ pub use instance::{Instance, MAX_INSTANCES, MAX_PROTOTYPES, Prototype, Prototype
 pub(crate) use lift::Base;
 pub(crate) use light::MOST_FALLOFF;
 pub use light::{Light, LightShape, Spot};
+pub(crate) use material::{AMBIENT_SPECULAR, polish};
 pub use material::{INDEX_RANGE, MAX_ALPHA, Material};
 pub use motion::{CameraMotion, MAX_KEYFRAMES, MAX_STEPS, MAX_TIME, Motion, Step};
 use moving::Moving;
@@ -184,6 +185,7 @@ pub struct Scene {
     ambient: f32,
     ambient_reach: Option<f32>,
     smooth_shadows: bool,
+    ambient_specular: bool,
     background: Background,
     environment: Option<Environment>,
     cameras: Vec<NamedCamera>,

@@ -4,7 +4,7 @@ use super::{SURFACE_OFFSET, TileColors, queue::RayQueue, surface::SurfacePacket,
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
     ray::{RayPacket, T_MAX},
-    scene::{Environment, Material, Scene},
+    scene::{AMBIENT_SPECULAR, Environment, Material, Scene, polish},
     simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight},
 };
 
@@ -254,7 +254,7 @@ fn body<S: Simd>(
                 simd,
                 (base, k_d),
                 (specular, k_s),
-                (ambient, most),
+                (ambient, scene.ambient_specular(), most),
                 points,
                 colors,
             );
@@ -288,22 +288,42 @@ fn blinn_phong<S: Simd>(
     simd: S,
     (diffuse, k_d): (impl Fn(usize, usize) -> S::V8, f32),
     (specular, k_s): ([f32; 3], f32),
-    (ambient, most): (S::V8, S::V8),
+    (ambient, is_reflected, most): (S::V8, bool, S::V8),
     points: Points<'_>,
     colors: &mut TileColors,
 ) {
+    let polished = polish(specular, k_s);
     for (i, s) in points.surfaces.iter().enumerate() {
         let light = &points.light[i];
         let ambient = points.ambient(simd, i, ambient);
+        let reflected = if is_reflected {
+            ambient * reflectance(simd, s)
+        } else {
+            simd.splat(0.0)
+        };
         let mut channels = [ambient; 3];
         for (c, channel) in channels.iter_mut().enumerate() {
             let body = simd.splat(k_d).mul_add(simd.load(&light.diffuse[c]), ambient);
             let gloss = simd.splat(k_s) * simd.load(&light.specular[c]);
-            let sum = diffuse(i, c).mul_add(body, simd.splat(specular[c]) * gloss);
+            let gloss = simd
+                .splat(polished[c])
+                .mul_add(reflected, simd.splat(specular[c]) * gloss);
+            let sum = diffuse(i, c).mul_add(body, gloss);
             *channel = sum.max(simd.splat(0.0)).min(most);
         }
         colors.add(simd, s.active, &s.pixel, simd.load(&s.weight), channels);
     }
+}
+
+/// How much ambient light a surface reflects, as a factor: see [`Scene::ambient_specular`].
+#[inline(always)]
+fn reflectance<S: Simd>(simd: S, s: &SurfacePacket) -> S::V8 {
+    let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+    let along = simd.load3(&s.normal).dot(simd.load3(&s.direction));
+    let grazing = (one + along).max(zero).min(one);
+    let squared = grazing * grazing;
+    let [least, more] = AMBIENT_SPECULAR;
+    (squared * squared * grazing).mul_add(simd.splat(more), simd.splat(least))
 }
 
 /// Queues rays along d - 2 (d.n) n, from just off the surface.

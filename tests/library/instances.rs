@@ -255,6 +255,7 @@ fn lights(builder: &mut SceneBuilder, shift: Vec3) {
 pub fn instanced_scene(shift: Vec3, smooth_shadows: bool) -> Scene {
     let mut builder = SceneBuilder::new();
     builder.set_smooth_shadows(smooth_shadows);
+    builder.set_ambient_specular(smooth_shadows);
     lights(&mut builder, shift);
     let checker = Some(Checker {
         colors: [[0.9, 0.8, 0.7], [0.2, 0.3, 0.4]],

@@ -30,6 +30,7 @@ fn all_materials(colored: bool) -> Scene {
             .unwrap();
         builder.set_ambient_reach(Some(0.7)).unwrap();
         builder.set_smooth_shadows(true);
+        builder.set_ambient_specular(true);
     }
     for i in 0..200 {
         let material = builder.classic_material(i % 4).unwrap();

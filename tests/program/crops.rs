@@ -67,6 +67,7 @@ const INSTANCES: &str = "\
 camera eye 3 -3 1.5 target 0 0 0.4 fov 40
 ambient 0.1 reach 0.5
 smooth_shadows
+ambient_specular
 light 3 -2 5 0.7 radius 1
 instance colors.obj scale 0.6 translate 0.3 0 0.2
 instance points.obj scale 0.4 placements placed.txt point_size 0.2

@@ -185,6 +185,7 @@ fn furnished(
             builder.set_background(Background::constant(SOFT_BACKGROUND))?;
         }
         builder.set_smooth_shadows(true);
+        builder.set_ambient_specular(true);
         ground_color = SOFT_GROUND;
         if stage.style == Style::Clay {
             loaded.paint(Surface::CLAY);

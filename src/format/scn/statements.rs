@@ -30,7 +30,7 @@ const SRGB: &str = "srgb";
 const BACKGROUND_USAGE: &str = "background r g b";
 
 /// The statements and how they are written.
-pub(super) const STATEMENTS: [(&str, &str); 16] = [
+pub(super) const STATEMENTS: [(&str, &str); 17] = [
     ("light", "light x y z intensity"),
     ("directional_light", "directional_light x y z intensity"),
     ("sphere", "sphere x y z radius"),
@@ -44,6 +44,7 @@ pub(super) const STATEMENTS: [(&str, &str); 16] = [
     ("background", BACKGROUND_USAGE),
     ("environment", "environment PATH"),
     ("ambient", "ambient intensity"),
+    ("ambient_specular", "ambient_specular"),
     ("smooth_shadows", "smooth_shadows"),
     ("at", "at T"),
     ("include", "include PATH"),
@@ -66,6 +67,7 @@ impl Reader<'_> {
             "background" => self.background(arguments),
             "environment" => self.environment(arguments),
             "ambient" => self.ambient(arguments),
+            "ambient_specular" => self.ambient_specular(&arguments),
             "smooth_shadows" => self.smooth_shadows(&arguments),
             "at" => self.at(arguments),
             _ => self.include(arguments),
@@ -230,6 +232,13 @@ impl Reader<'_> {
         };
         let set = self.builder.set_ambient_reach(Some(reach));
         set.map_err(|error| arguments.refused(&error, &[("reach", word)]))
+    }
+
+    fn ambient_specular(&mut self, arguments: &Arguments<'_, '_>) -> Result<(), LoadError> {
+        arguments.end()?;
+        Said::once(&mut self.said.ambient_specular, arguments, "`ambient_specular`")?;
+        self.builder.set_ambient_specular(true);
+        Ok(())
     }
 
     fn smooth_shadows(&mut self, arguments: &Arguments<'_, '_>) -> Result<(), LoadError> {

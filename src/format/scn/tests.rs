@@ -103,7 +103,7 @@ fn unknown_statements() {
         "1:1: unknown statement `materials`, did you mean `material`?"
     );
     let expected = "expected `light`, `directional_light`, `sphere`, `triangle`, `plane`, `mesh`, `instance`, `ply_file`, `material`, `camera`, `background`, `environment`, \
-        `ambient`, `smooth_shadows`, `at` or `include`";
+        `ambient`, `ambient_specular`, `smooth_shadows`, `at` or `include`";
     assert_eq!(
         fault("cube"),
         format!("1:1: unknown statement `cube`, {expected}")

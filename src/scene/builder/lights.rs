@@ -43,6 +43,12 @@ impl SceneBuilder {
         self.smooth_shadows = smooth_shadows;
     }
 
+    /// Sets whether surfaces with highlights reflect ambient light, too: see [`Scene::ambient_specular`](crate::scene::Scene::ambient_specular).
+    /// Off by default.
+    pub fn set_ambient_specular(&mut self, ambient_specular: bool) {
+        self.ambient_specular = ambient_specular;
+    }
+
     /// Adds a white point light.
     ///
     /// # Errors

@@ -234,8 +234,8 @@ fn what_is_seen_is_projected_back() {
     ] {
         let camera = camera([focal, 1.02 * focal, 325.5, 238.0], distortion);
         let mut seen = 0;
-        for y in 0..SIZE[1] {
-            for x in 0..SIZE[0] {
+        for y in (0..SIZE[1]).step_by(3) {
+            for x in (0..SIZE[0]).step_by(2) {
                 let pixel = [x, y].map(|at| f64::from(at) + 0.5);
                 let Some(direction) = camera.sight(pixel, SIZE) else {
                     continue;
@@ -246,7 +246,7 @@ fn what_is_seen_is_projected_back() {
                 assert!(off < 1e-6, "{distortion:?}: {pixel:?} {again:?}");
             }
         }
-        let found = f64::from(seen) / f64::from(SIZE[0] * SIZE[1]);
+        let found = f64::from(seen) / f64::from(SIZE[0] / 2 * (SIZE[1] / 3));
         assert!((found - share).abs() < 0.01, "{distortion:?}: {found}");
     }
 }

@@ -298,6 +298,7 @@ pub fn picture(bytes: &[u8]) {
     }
     // By the length, so that bytes keep their meaning.
     builder.set_smooth_shadows(bytes.len() % 2 == 1);
+    builder.set_ambient_specular(bytes.len() % 4 == 1);
     // The bytes may end at any point of this.
     let _ = fill(&mut u, &mut builder);
     let scene = builder.finish();
