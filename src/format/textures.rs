@@ -103,7 +103,7 @@ impl Images {
                 bytes: read.as_deref().map_err(Clone::clone),
             }));
         }
-        let Decoded { images, lost_alpha } = decode(&encoded, surfaces, path, budget, notes);
+        let Decoded { images, lost_alpha } = decode(&encoded, (surfaces, &[]), path, budget, notes);
         // No texture of these formats but `map_d` says how opaque a surface is.
         let names = lost_alpha.iter().filter_map(|&i| self.paths.get(i)?.file_name());
         let names = name_list(names.map(OsStr::as_encoded_bytes));
@@ -193,6 +193,9 @@ fn images_of_numbers(first: &[Option<usize>], surfaces: &[Surface]) -> Vec<bool>
         .collect()
 }
 
+/// The factor of highlights whose map is not shown.
+const NEUTRAL_SPECULAR: f32 = 0.5;
+
 /// A surface without textures, for triangles without texture coordinates and images that are missing.
 pub(super) fn untextured(surface: &Surface) -> Surface {
     let mut surface = *surface;
@@ -201,6 +204,9 @@ pub(super) fn untextured(surface: &Surface) -> Surface {
         for (channel, neutral) in surface.diffuse.iter_mut().zip(Surface::NEUTRAL.diffuse) {
             *channel *= neutral;
         }
+    }
+    if surface.textures.specular_map.is_some() {
+        surface.specular = surface.specular.map(|channel| channel * NEUTRAL_SPECULAR);
     }
     let emission = match surface.textures.emission_map {
         Some(_) => [0.0; 3],
@@ -268,11 +274,12 @@ pub(super) struct Decoded {
     pub(super) lost_alpha: Vec<usize>,
 }
 
-/// Decodes the images that are used; `path` is the mesh's. Surfaces name the images that it returns then, and those that
+/// Decodes the images that are used; `path` is the mesh's. Those with a factor in `roughness` are maps of roughness times
+/// that. Surfaces name the images that it returns then, and those that
 /// cannot be decoded become notes.
 pub(super) fn decode(
     encoded: &[Option<Encoded<'_>>],
-    surfaces: &mut [Surface],
+    (surfaces, roughness): (&mut [Surface], &[Option<f32>]),
     path: &Path,
     budget: &Budget,
     notes: &mut Vec<String>,
@@ -283,12 +290,13 @@ pub(super) fn decode(
     let first = first_of_equal(encoded);
     let keeps_alpha = images_with_opacity(&first, surfaces);
     let are_numbers = images_of_numbers(&first, surfaces);
-    let content = |(are_numbers, keeps_alpha)| match (are_numbers, keeps_alpha) {
-        (true, _) => Content::Numbers,
-        (false, true) => Content::ColorsAndAlpha,
-        (false, false) => Content::Colors,
+    let content = |i: usize| match roughness.get(i).copied().flatten() {
+        _ if are_numbers[i] => Content::Numbers,
+        _ if keeps_alpha[i] => Content::ColorsAndAlpha,
+        Some(factor) => Content::Roughness(factor),
+        None => Content::Colors,
     };
-    let contents: Vec<Content> = are_numbers.into_iter().zip(keeps_alpha).map(content).collect();
+    let contents: Vec<Content> = (0..encoded.len()).map(content).collect();
     let decoded = decoding::all(encoded, &first, &contents, budget);
     let (mut images, mut lost_alpha) = (Vec::new(), Vec::new());
     let mut numbers: Vec<Option<u32>> = vec![None; encoded.len()];
@@ -318,6 +326,8 @@ enum Content {
     Colors,
     ColorsAndAlpha,
     Numbers,
+    /// Green is roughness, times this; it becomes a grey highlight.
+    Roughness(f32),
 }
 
 /// For each image the first one with the same bytes, the same part of the same file.
@@ -341,7 +351,15 @@ fn renumber(surface: &mut Surface, numbers: &[Option<u32>], images: &[Image]) {
     if surface.textures.base.is_some_and(|base| number(base).is_none()) {
         surface.diffuse = untextured(surface).diffuse;
     }
+    if surface
+        .textures
+        .specular_map
+        .is_some_and(|map| number(map).is_none())
+    {
+        surface.specular = untextured(surface).specular;
+    }
     let all = &mut surface.textures;
+    all.specular_map = all.specular_map.and_then(number);
     all.base = all.base.and_then(number);
     if all.emission_map.is_some() && all.emission_map.and_then(number).is_none() {
         all.emission = [0.0; 3];

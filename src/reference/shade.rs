@@ -3,13 +3,13 @@
 use super::{
     draw::scattered,
     glass, light,
-    surface::{interpolate, surface},
+    surface::{interpolate, mapped, surface},
     through::light_through,
 };
 use crate::{
     math::{max, min, powi},
     ray::{Hit, Ray, SceneHit, T_MAX},
-    scene::{AMBIENT_SPECULAR, LightShape, Material, Primitive, RayCone, Scene, TexturePoint, polish},
+    scene::{AMBIENT_SPECULAR, LightShape, MOST_POLISH, Material, Primitive, RayCone, Scene, TexturePoint},
     simd::{Level, Simd, at_level},
     sobol,
 };
@@ -182,23 +182,6 @@ pub(super) fn scatter<S: Simd>(
     Some((material, surface))
 }
 
-/// A surface with its normal as a normal map changes it, if it has one.
-#[inline(always)]
-fn mapped(scene: &Scene, hit: &SceneHit, width: f32, mut surface: Surface) -> Surface {
-    if let Some(map) = scene.textures_of(hit.primitive).and_then(|all| all.normal_map) {
-        let point = TexturePoint {
-            hit: *hit,
-            point: surface.point,
-            normal: surface.geometric_normal,
-            direction: surface.direction,
-            width,
-        };
-        let side = if surface.from_behind { -1.0 } else { 1.0 };
-        surface.normal = scene.mapped_normal(&map, &point, surface.normal * side) * side;
-    }
-    surface
-}
-
 /// Adds the light that a material scatters.
 #[inline(always)]
 fn body<S: Simd>(
@@ -218,12 +201,12 @@ fn body<S: Simd>(
             k_s,
             ..
         } => {
-            let polished = polish(specular, k_s);
             let mut own = [0.0; 3];
             for i in 0..3 {
                 let body = simd.mul_add(k_d, light.diffuse[i], light.ambient);
                 let gloss = k_s * light.specular[i];
-                let gloss = simd.mul_add(polished[i], light.reflected, specular[i] * gloss);
+                let polish = min(specular[i] * k_s, MOST_POLISH);
+                let gloss = simd.mul_add(polish, light.reflected, specular[i] * gloss);
                 let sum = simd.mul_add(diffuse[i], body, gloss);
                 own[i] = min(max(sum, 0.0), most);
             }
@@ -419,7 +402,7 @@ pub(super) fn tinted<S: Simd>(
     width: f32,
 ) -> (Material, Option<[f32; 3]>) {
     let mut material = scene.materials()[scene.material_of(hit.primitive).0 as usize];
-    let mut emitted = None;
+    let (mut emitted, mut shine) = (None, [1.0; 3]);
     if scene.has_colors() || scene.has_textures() {
         let mut tint = if scene.has_colors() {
             tint(simd, scene, hit)
@@ -432,15 +415,19 @@ pub(super) fn tinted<S: Simd>(
                 let surface = surface(simd, scene, ray, hit);
                 (point, normal) = (surface.point, surface.geometric_normal);
             }
-            let (factor, emission) = scene.textured(&TexturePoint {
+            let own = scene.textured(&TexturePoint {
                 hit: *hit,
                 point,
                 normal,
                 direction: ray.direction,
                 width,
             });
-            tint = std::array::from_fn(|i| tint[i] * factor[i]);
-            emitted = textures.emits().then_some(emission);
+            tint = std::array::from_fn(|i| tint[i] * own.base[i]);
+            shine = own.specular;
+            emitted = textures.emits().then_some(own.emitted);
+        }
+        if let Material::BlinnPhong { specular, .. } = &mut material {
+            *specular = std::array::from_fn(|i| specular[i] * shine[i]);
         }
         match &mut material {
             Material::Glass { .. } => {}

@@ -4,7 +4,7 @@ use super::{planes, shade::Surface};
 use crate::{
     math::{max, max_abs, scale_to_one},
     ray::{Hit, Ray, SceneHit},
-    scene::{Base, Instance, Primitive, Scene},
+    scene::{Base, Instance, Primitive, Scene, TexturePoint},
     simd::Simd,
 };
 use glam::Vec3;
@@ -38,6 +38,23 @@ pub(super) fn surface<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &SceneHit
         direction: ray.direction,
         magnitude,
     }
+}
+
+/// A surface with its normal as a normal map changes it, if it has one.
+#[inline(always)]
+pub(super) fn mapped(scene: &Scene, hit: &SceneHit, width: f32, mut surface: Surface) -> Surface {
+    if let Some(map) = scene.textures_of(hit.primitive).and_then(|all| all.normal_map) {
+        let point = TexturePoint {
+            hit: *hit,
+            point: surface.point,
+            normal: surface.geometric_normal,
+            direction: surface.direction,
+            width,
+        };
+        let side = if surface.from_behind { -1.0 } else { 1.0 };
+        surface.normal = scene.mapped_normal(&map, &point, surface.normal * side) * side;
+    }
+    surface
 }
 
 /// The point on a sphere that a ray hits at `t`, both normals, and the magnitude for offsets.

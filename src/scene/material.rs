@@ -1,7 +1,7 @@
 //! Materials: the reflection models and the ranges of their constants.
 
 use super::{Scene, is_usable};
-use crate::{classic, error::SceneError, math::min};
+use crate::{classic, error::SceneError};
 
 /// The largest Blinn-Phong exponent. Unit vectors in `f32` may be slightly too long, and a larger power would amplify
 /// that.
@@ -11,16 +11,9 @@ pub const MAX_ALPHA: u32 = 10_000;
 /// angles.
 pub(crate) const AMBIENT_SPECULAR: [f32; 2] = [0.5, 3.0];
 
-/// What surfaces reflect of ambient light, by channel, times [`AMBIENT_SPECULAR`]: their highlight's colour and strength, but
-/// no more than plastic, since strong highlights would hide their colours.
-#[inline(always)]
-pub(crate) fn polish(specular: [f32; 3], k_s: f32) -> [f32; 3] {
-    let [r, g, b] = specular;
-    [r * k_s, g * k_s, b * k_s].map(
-        #[inline(always)]
-        |channel| min(channel, 0.08),
-    )
-}
+/// At most this share of ambient light, times [`AMBIENT_SPECULAR`], is reflected, as by plastic: strong highlights would hide
+/// the colours.
+pub(crate) const MOST_POLISH: f32 = 0.08;
 
 /// The range of refractive indices; below 1 for bubbles in a denser medium.
 pub const INDEX_RANGE: (f32, f32) = (0.3, 3.0);

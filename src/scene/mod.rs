@@ -49,7 +49,7 @@ pub use instance::{Instance, MAX_INSTANCES, MAX_PROTOTYPES, Prototype, Prototype
 pub(crate) use lift::Base;
 pub(crate) use light::MOST_FALLOFF;
 pub use light::{Light, LightShape, Spot};
-pub(crate) use material::{AMBIENT_SPECULAR, polish};
+pub(crate) use material::{AMBIENT_SPECULAR, MOST_POLISH};
 pub use material::{INDEX_RANGE, MAX_ALPHA, Material};
 pub use motion::{CameraMotion, MAX_KEYFRAMES, MAX_STEPS, MAX_TIME, Motion, Step};
 use moving::Moving;
@@ -59,7 +59,7 @@ pub(crate) use passage::{Crossing, Passage, skipped};
 pub use pixel_rays::{PixelRays, RayCone};
 pub use placed::PlacedMesh;
 pub use plane::{MAX_PLANES, Plane};
-pub use texture::{CutOut, MAX_EMISSION, SurfaceTextures, TexturePoint};
+pub use texture::{CutOut, MAX_EMISSION, SurfaceTextures, TexturePoint, TexturedPoint};
 pub use transform::Transform;
 pub use view::{CameraError, Lens, Projection, View};
 pub(crate) use weld::weld;

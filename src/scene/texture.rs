@@ -1,4 +1,4 @@
-//! Textures of triangles: base colour, emission, opacity, cut-outs and normals.
+//! Textures of triangles: base colour, highlights, emission, opacity, cut-outs and normals.
 
 use super::{
     Checker, Image, MaterialId, NormalMap, Opacity, Primitive, Scene, Texture, material::check_range,
@@ -26,6 +26,8 @@ pub struct SurfaceTextures {
     /// Emitted light, linear RGB from 0 to [`MAX_EMISSION`]. It does not light other surfaces. Pictures of bytes show up to
     /// 1, but mirrors, glass and half-transparent surfaces dim it first.
     pub emission: [f32; 3],
+    /// Multiplies the colour of Blinn-Phong's highlight.
+    pub specular_map: Option<Texture>,
     /// Multiplies the emission.
     pub emission_map: Option<Texture>,
     /// Changes the shading normals.
@@ -61,6 +63,26 @@ pub struct TexturePoint {
     pub width: f32,
 }
 
+/// What textures and emission give to a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TexturedPoint {
+    /// Factors of the base colour, linear RGB.
+    pub base: [f32; 3],
+    /// Factors of the highlight's colour.
+    pub specular: [f32; 3],
+    /// The light emitted there, linear RGB.
+    pub emitted: [f32; 3],
+}
+
+impl TexturedPoint {
+    /// That of a surface without textures and emission.
+    const PLAIN: Self = Self {
+        base: [1.0; 3],
+        specular: [1.0; 3],
+        emitted: [0.0; 3],
+    };
+}
+
 /// Lower bound on the cosine between ray and normal: smaller ones would blur surfaces at grazing angles to one colour.
 const LEAST_COSINE: f64 = 1.0 / 16.0;
 
@@ -72,6 +94,7 @@ impl SurfaceTextures {
         cut_out: None,
         opacity: None,
         emission: [0.0; 3],
+        specular_map: None,
         emission_map: None,
         normal_map: None,
     };
@@ -94,6 +117,7 @@ impl SurfaceTextures {
                 ..opacity
             }),
             emission: self.emission,
+            specular_map: self.specular_map.map(other),
             emission_map: self.emission_map.map(other),
             normal_map: self.normal_map.map(|map| NormalMap {
                 texture: other(map.texture),
@@ -140,11 +164,12 @@ impl SurfaceTextures {
     }
 
     /// Returns all textures.
-    pub(crate) fn all(&self) -> [Option<Texture>; 5] {
+    pub(crate) fn all(&self) -> [Option<Texture>; 6] {
         [
             self.base,
             self.cut_out.map(|cut_out| cut_out.texture),
             self.opacity.and_then(|opacity| opacity.map),
+            self.specular_map,
             self.emission_map,
             self.normal_map.map(|map| map.texture),
         ]
@@ -201,30 +226,36 @@ impl Scene {
         })
     }
 
-    /// Returns the factors that textures give to the base colour at a hit, and the light emitted there.
+    /// Returns what textures and emission give to a hit.
     #[must_use]
-    pub fn textured(&self, point: &TexturePoint) -> ([f32; 3], [f32; 3]) {
+    pub fn textured(&self, point: &TexturePoint) -> TexturedPoint {
         let Some(textures) = self.textures_of(point.hit.primitive) else {
-            return ([1.0; 3], [0.0; 3]);
+            return TexturedPoint::PLAIN;
         };
         let checker = textures.checker.map_or([1.0; 3], |checker| {
             let at = point.point.as_dvec3() + self.origin.as_dvec3();
             checker.color(at, point.normal, point.direction, point.width)
         });
-        let Primitive::Triangle(i) = self.primitive(point.hit.primitive) else {
-            return (checker, textures.emission);
+        let plain = TexturedPoint {
+            base: checker,
+            emitted: textures.emission,
+            ..TexturedPoint::PLAIN
         };
-        if textures.base.is_none() && textures.emission_map.is_none() {
-            return (checker, textures.emission);
+        let Primitive::Triangle(i) = self.primitive(point.hit.primitive) else {
+            return plain;
+        };
+        let maps = [textures.base, textures.specular_map, textures.emission_map];
+        if maps == [None; 3] {
+            return plain;
         }
         let lookup = Lookup::new(self, i, point);
-        let color =
-            |texture: Option<Texture>| texture.map_or([1.0; 3], |texture| lookup.color(self, texture));
-        let (base, emitted) = (color(textures.base), color(textures.emission_map));
-        (
-            std::array::from_fn(|channel| base[channel] * checker[channel]),
-            std::array::from_fn(|channel| textures.emission[channel] * emitted[channel]),
-        )
+        let [base, specular, emitted] =
+            maps.map(|map| map.map_or([1.0; 3], |texture| lookup.color(self, texture)));
+        TexturedPoint {
+            base: std::array::from_fn(|channel| base[channel] * checker[channel]),
+            specular,
+            emitted: std::array::from_fn(|channel| textures.emission[channel] * emitted[channel]),
+        }
     }
 
     /// Returns the share of the image's area that the ray's cone covers: an ellipse that lengthens at grazing angles.

@@ -4,7 +4,7 @@ use super::{SURFACE_OFFSET, TileColors, queue::RayQueue, surface::SurfacePacket,
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
     ray::{RayPacket, T_MAX},
-    scene::{AMBIENT_SPECULAR, Environment, Material, Scene, polish},
+    scene::{AMBIENT_SPECULAR, Environment, MOST_POLISH, Material, Scene},
     simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight},
 };
 
@@ -45,6 +45,8 @@ pub(super) struct Points<'a> {
     pub light: &'a [Light8],
     /// Factors of the base colour; empty if only materials have colours.
     pub tints: &'a [Tint8],
+    /// Factors of the highlight's colour; empty if the material has no map of it.
+    pub speculars: &'a [Tint8],
     /// The ambient light; empty if it is the scene's everywhere.
     pub ambient: &'a [F32x8],
     /// The lengths of the paths from the camera; empty in scenes without textures.
@@ -250,14 +252,33 @@ fn body<S: Simd>(
         Material::BlinnPhong {
             specular, k_d, k_s, ..
         } => {
-            blinn_phong(
-                simd,
-                (base, k_d),
-                (specular, k_s),
-                (ambient, scene.ambient_specular(), most),
-                points,
-                colors,
-            );
+            let lit = (ambient, scene.ambient_specular(), most);
+            // Two copies, as for tints.
+            if points.speculars.is_empty() {
+                blinn_phong(
+                    simd,
+                    (base, k_d),
+                    #[inline(always)]
+                    |_, channel| simd.splat(specular[channel]),
+                    k_s,
+                    lit,
+                    points,
+                    colors,
+                );
+            } else {
+                blinn_phong(
+                    simd,
+                    (base, k_d),
+                    #[inline(always)]
+                    |i: usize, channel: usize| {
+                        simd.splat(specular[channel]) * simd.load(&points.speculars[i][channel])
+                    },
+                    k_s,
+                    lit,
+                    points,
+                    colors,
+                );
+            }
         }
     }
 }
@@ -287,12 +308,12 @@ fn matte<S: Simd>(
 fn blinn_phong<S: Simd>(
     simd: S,
     (diffuse, k_d): (impl Fn(usize, usize) -> S::V8, f32),
-    (specular, k_s): ([f32; 3], f32),
+    specular: impl Fn(usize, usize) -> S::V8,
+    k_s: f32,
     (ambient, is_reflected, most): (S::V8, bool, S::V8),
     points: Points<'_>,
     colors: &mut TileColors,
 ) {
-    let polished = polish(specular, k_s);
     for (i, s) in points.surfaces.iter().enumerate() {
         let light = &points.light[i];
         let ambient = points.ambient(simd, i, ambient);
@@ -305,9 +326,9 @@ fn blinn_phong<S: Simd>(
         for (c, channel) in channels.iter_mut().enumerate() {
             let body = simd.splat(k_d).mul_add(simd.load(&light.diffuse[c]), ambient);
             let gloss = simd.splat(k_s) * simd.load(&light.specular[c]);
-            let gloss = simd
-                .splat(polished[c])
-                .mul_add(reflected, simd.splat(specular[c]) * gloss);
+            let specular = specular(i, c);
+            let polish = (specular * simd.splat(k_s)).min(simd.splat(MOST_POLISH));
+            let gloss = polish.mul_add(reflected, specular * gloss);
             let sum = diffuse(i, c).mul_add(body, gloss);
             *channel = sum.max(simd.splat(0.0)).min(most);
         }

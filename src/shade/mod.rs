@@ -308,6 +308,10 @@ impl Shader {
                 surfaces: &self.found.surfaces[range.clone()],
                 light: &self.light[range.clone()],
                 tints: self.found.tints.get(range.clone()).unwrap_or_default(),
+                speculars: match textures.specular_map {
+                    Some(_) => &self.found.textured.specular[range.clone()],
+                    None => &[],
+                },
                 ambient: self.ambient.get(range.clone()).unwrap_or_default(),
                 distance: self
                     .found

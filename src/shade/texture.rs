@@ -16,6 +16,8 @@ use crate::{
 pub(super) struct Textured {
     /// Emitted light, or 0.
     pub emitted: Vec<Tint8>,
+    /// Factors of the highlight's colour.
+    pub specular: Vec<Tint8>,
     /// Lengths of the paths from the camera, scene units.
     pub distance: Vec<F32x8>,
 }
@@ -24,11 +26,13 @@ impl Textured {
     /// Reserves memory for this many surface packets.
     pub fn reserve(&mut self, packets: usize) {
         self.emitted.reserve(packets);
+        self.specular.reserve(packets);
         self.distance.reserve(packets);
     }
 
     pub fn clear(&mut self) {
         self.emitted.clear();
+        self.specular.clear();
         self.distance.clear();
     }
 }
@@ -51,6 +55,7 @@ pub(super) fn pass(
             return;
         };
         let (mut emitted, mut distance) = ([F32x8::ZERO; 3], F32x8::ZERO);
+        let mut specular = [F32x8::ZERO; 3];
         for (lane, &i) in ray_i.iter().enumerate() {
             let (p, from) = (i as usize / LANES, i as usize % LANES);
             let hit = hits[p].hit(from);
@@ -70,10 +75,11 @@ pub(super) fn pass(
                 direction: surface.direction.lane(lane),
                 width: cone.width(travelled),
             };
-            let (factor, light) = scene.textured(&point);
+            let own = scene.textured(&point);
             for channel in 0..3 {
-                tint[channel].as_mut_array()[lane] *= factor[channel];
-                emitted[channel].as_mut_array()[lane] = light[channel];
+                tint[channel].as_mut_array()[lane] *= own.base[channel];
+                specular[channel].as_mut_array()[lane] = own.specular[channel];
+                emitted[channel].as_mut_array()[lane] = own.emitted[channel];
             }
             let normal_map = scene.textures_of(hit.primitive).and_then(|all| all.normal_map);
             if let Some(map) = normal_map {
@@ -88,6 +94,7 @@ pub(super) fn pass(
             }
         }
         textured.emitted.push(emitted);
+        textured.specular.push(specular);
         textured.distance.push(distance);
     });
 }

@@ -121,6 +121,8 @@ fn textures(scene: &Scene, material: usize) -> Option<String> {
         all.emits().then(|| format!("emission {red} {green} {blue}")),
         all.emission_map
             .map(|texture| format!("emission map {}", size(texture.image))),
+        all.specular_map
+            .map(|texture| format!("specular map {}", size(texture.image))),
         all.normal_map
             .map(|map| format!("normal map {}", size(map.texture.image))),
     ];

@@ -44,9 +44,9 @@ pub(super) fn left_out(root: &Root, is_cloud: bool) -> LeftOut {
     let materials = |is: fn(&&Material) -> bool| root.materials.iter().filter(is).count();
     for (count, one, many) in [
         (
-            materials(|m| m.pbr_metallic_roughness.metallic_roughness_texture.is_some() || has_gloss_map(m)),
-            "roughness map",
-            "roughness maps",
+            materials(|m| has_gloss_map(m)),
+            "glossiness map",
+            "glossiness maps",
         ),
         (
             materials(|m| m.occlusion_texture.is_some()),

@@ -1,6 +1,9 @@
 //! Images of textures: in a buffer, in a data URI, or in a separate file.
 
-use super::buffers::{Buffers, Bytes};
+use super::{
+    buffers::{Buffers, Bytes},
+    materials::exponent,
+};
 use crate::{
     error::clip_path,
     format::{
@@ -34,7 +37,7 @@ pub(super) fn read(
     sources: &[Source],
     document: &Document,
     buffers: &mut Buffers<'_>,
-    (surfaces, used): (&mut [Surface], &[bool]),
+    (surfaces, used, roughness): (&mut [Surface], &[bool], &[Option<f32>]),
     notes: &mut Vec<String>,
 ) -> Vec<Image> {
     if !buffers.budget().wants_images() {
@@ -75,7 +78,24 @@ pub(super) fn read(
         }));
     }
     let taken = buffers.budget().taken() - before;
-    let images = textures::decode(&encoded, surfaces, buffers.path(), buffers.budget(), notes).images;
+    let images = textures::decode(
+        &encoded,
+        (&mut *surfaces, roughness),
+        buffers.path(),
+        buffers.budget(),
+        notes,
+    )
+    .images;
+    for surface in surfaces {
+        if let Some(image) = surface
+            .textures
+            .specular_map
+            .and_then(|map| images.get(map.image as usize))
+        {
+            // The highlight is as wide as that of the mean.
+            surface.alpha = exponent(1.0 - f32::from(image.mean()[1]) / 255.0);
+        }
+    }
     // Buffers stay until the mesh is read; what was read for images alone goes now.
     buffers.budget().give_back(taken as usize);
     images

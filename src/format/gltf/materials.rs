@@ -13,7 +13,7 @@ use gltf::{
 };
 use serde::Deserialize;
 
-/// The assumed value of a roughness map, which is not read.
+/// The assumed value of a roughness map that is not shown.
 const ROUGHNESS_MAP: f32 = 0.5;
 
 const WEBP: &str = "EXT_texture_webp";
@@ -73,6 +73,10 @@ pub(super) struct Shown {
     pub(super) emission_left_out: bool,
     /// Whether its normal map has other coordinates.
     pub(super) normals_left_out: bool,
+    /// The factor of its roughness map, if it has one.
+    pub(super) roughness: Option<f32>,
+    /// Whether its roughness map has other coordinates.
+    pub(super) roughness_left_out: bool,
     /// Whether an image of it is of a kind that octray does not read.
     pub(super) is_unsupported: bool,
 }
@@ -185,33 +189,56 @@ impl MapRead {
     }
 }
 
-/// A material's base colour, linear, with its texture, and its roughness and metallic factor.
-fn factors<'a>(material: &gltf::Material<'a>) -> ([f32; 4], Option<Info<'a>>, f32, f32) {
+/// A material's base colour, linear, with its texture; its roughness with its map; its metallic factor.
+struct Factors<'a> {
+    base: [f32; 4],
+    base_map: Option<Info<'a>>,
+    roughness: f32,
+    roughness_map: Option<Info<'a>>,
+    metallic: f32,
+}
+
+fn factors<'a>(material: &gltf::Material<'a>) -> Factors<'a> {
     if let Some(old) = material.pbr_specular_glossiness() {
-        let roughness = 1.0 - old.glossiness_factor();
-        return (old.diffuse_factor(), old.diffuse_texture(), roughness, 0.0);
+        return Factors {
+            base: old.diffuse_factor(),
+            base_map: old.diffuse_texture(),
+            roughness: 1.0 - old.glossiness_factor(),
+            roughness_map: None,
+            metallic: 0.0,
+        };
     }
     let pbr = material.pbr_metallic_roughness();
-    // A map multiplies the factor, which is mostly 1 then.
-    let map = pbr.metallic_roughness_texture().map_or(1.0, |_| ROUGHNESS_MAP);
-    (
-        pbr.base_color_factor(),
-        pbr.base_color_texture(),
-        pbr.roughness_factor() * map,
-        pbr.metallic_factor(),
-    )
+    Factors {
+        base: pbr.base_color_factor(),
+        base_map: pbr.base_color_texture(),
+        roughness: pbr.roughness_factor(),
+        roughness_map: pbr.metallic_roughness_texture(),
+        metallic: pbr.metallic_factor(),
+    }
+}
+
+/// Blinn-Phong's exponent for the width of a microfacet lobe: Walter et al., EGSR 2007.
+pub(super) fn exponent(roughness: f32) -> u32 {
+    ((2.0 / roughness.clamp(0.1, 1.0).powi(4) - 2.0) as u32).clamp(4, 2000)
 }
 
 /// A material as octray shows it. Base colours and those of vertices are linear; surfaces and meshes hold display values.
 fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Transforms) -> Shown {
-    let ([red, green, blue, alpha], base_info, roughness, metallic) = factors(material);
+    let Factors {
+        base: [red, green, blue, alpha],
+        base_map,
+        mut roughness,
+        roughness_map,
+        metallic,
+    } = factors(material);
     let through = Through::of(material);
     let glass = match through {
         Through::Body(glass) => Some(glass),
         _ => None,
     };
     // Glass shows neither its base colour nor a texture of it.
-    let base = MapRead::of(base_info.as_ref().filter(|_| glass.is_none()), webp);
+    let base = MapRead::of(base_map.as_ref().filter(|_| glass.is_none()), webp);
     let emissive = MapRead::of(material.emissive_texture().as_ref(), webp);
     let emission_left_out =
         emissive.placement.is_some() && base.placement.is_some() && emissive.placement != base.placement;
@@ -227,21 +254,34 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
     let (normals, normal_map) = transforms.map(material, webp);
     let normals_left_out =
         normals.placement.is_some() && placement.is_some_and(|own| normals.placement != Some(own));
+    let rough = MapRead::of(roughness_map.as_ref(), webp);
+    let placement = placement.or(normals.placement);
+    let roughness_left_out =
+        rough.placement.is_some() && placement.is_some_and(|own| rough.placement != Some(own));
+    let specular_map = rough
+        .texture
+        .filter(|_| !roughness_left_out && glass.is_none() && !material.unlit());
+    if roughness_map.is_some() && specular_map.is_none() {
+        roughness *= ROUGHNESS_MAP;
+    }
     let (cut_out, opacity) = coverage(material, alpha, base.texture, through);
     let mut diffuse = [red, green, blue].map(display_value);
     if base.is_unsupported {
         diffuse = tinted(diffuse, Surface::NEUTRAL.diffuse);
     }
-    let roughness = roughness.clamp(0.1, 1.0);
-    let shine = 1.0 - roughness;
+    // The map has the rest.
+    let shine = match specular_map {
+        Some(_) => 1.0,
+        None => 1.0 - roughness.clamp(0.1, 1.0),
+    };
     // A metal's highlight has its own colour.
     let metallic = metallic.clamp(0.0, 1.0);
     let tint = diffuse.map(|channel| 1.0 + metallic * (channel - 1.0));
     let surface = Surface {
         diffuse,
         specular: tint.map(|channel| 0.6 * shine * channel),
-        // Blinn-Phong's exponent for the width of a microfacet lobe: Walter et al., EGSR 2007.
-        alpha: ((2.0 / roughness.powi(4) - 2.0) as u32).clamp(4, 2000),
+        // A map that is shown brings its own mean.
+        alpha: exponent(roughness * specular_map.map_or(1.0, |_| ROUGHNESS_MAP)),
         is_unlit: material.unlit(),
         glass,
         textures: SurfaceTextures {
@@ -250,16 +290,22 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
             cut_out,
             opacity,
             emission,
+            specular_map,
             emission_map: emissive.texture.filter(|_| emission != [0.0; 3]),
             normal_map: normal_map.filter(|_| !normals_left_out && glass.is_none()),
         },
     };
     Shown {
         surface,
-        placement: placement.or(normals.placement),
+        placement: placement.or(rough.placement),
+        roughness: specular_map.map(|_| roughness),
+        roughness_left_out,
         emission_left_out,
         normals_left_out,
-        is_unsupported: base.is_unsupported || emissive.is_unsupported || normals.is_unsupported,
+        is_unsupported: base.is_unsupported
+            || emissive.is_unsupported
+            || normals.is_unsupported
+            || rough.is_unsupported,
     }
 }
 

@@ -143,6 +143,19 @@ pub(super) fn parse(
         "texture coordinate that is NaN or too large",
         "texture coordinates that are NaN or too large",
     );
+    left_out.count(
+        count(|shown| shown.roughness_left_out),
+        "roughness map with a different transform",
+        "roughness maps with different transforms",
+    );
+    let mut roughness = vec![None; sources.len()];
+    for shown in &materials {
+        if let Some((map, factor)) = shown.surface.textures.specular_map.zip(shown.roughness)
+            && let Some(of_image) = roughness.get_mut(map.image as usize)
+        {
+            *of_image = Some(factor);
+        }
+    }
     let mut mesh = reading.finish(materials, path);
     mesh.notes.extend(left_out.note(path));
     mesh.texture_files = texture_files;
@@ -153,7 +166,7 @@ pub(super) fn parse(
             .zip(of_part)
             .for_each(|(used, more)| *used |= more);
     }
-    let surfaces = (&mut mesh.surfaces[..], &used[..]);
+    let surfaces = (&mut mesh.surfaces[..], &used[..], &roughness[..]);
     mesh.images = images::read(&sources, &document, &mut buffers, surfaces, &mut mesh.notes);
     if mesh.images.is_empty() && budget.wants_images() {
         mesh.arrays_mut().for_each(|columns| columns.uvs = Vec::new());

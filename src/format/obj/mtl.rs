@@ -1,4 +1,4 @@
-//! Material libraries: `newmtl`, `Kd`, `Ks`, `Ke`, `Ns`, `illum`, `map_Kd`, `map_Ke`, `map_d`, `norm`,
+//! Material libraries: `newmtl`, `Kd`, `Ks`, `Ke`, `Ns`, `illum`, `map_Kd`, `map_Ks`, `map_Ke`, `map_d`, `norm`,
 //! `bump`, in upper or lower case. Faults
 //! and whatever else a library contains become notes; the mesh is shown all the same.
 
@@ -209,6 +209,7 @@ struct Reading<'a> {
     transparent: f32,
     emission: [f32; 3],
     emission_map: Option<Texture>,
+    specular_map: Option<Texture>,
     normals: Option<Texture>,
     normal_scale: f32,
     /// By its illumination model.
@@ -231,6 +232,7 @@ impl<'a> Reading<'a> {
             transparent: 0.0,
             emission: [0.0; 3],
             emission_map: None,
+            specular_map: None,
             normals: None,
             normal_scale: 1.0,
             is_traced: false,
@@ -253,6 +255,7 @@ impl<'a> Reading<'a> {
                 self.base_file = Some(file.written);
                 &mut self.base
             }
+            b"map_ks" => &mut self.specular_map,
             b"map_ke" => &mut self.emission_map,
             b"map_d" => &mut self.mask,
             // Programs write the name of a normal map after any of these. A height map is told by its pixels.
@@ -295,6 +298,12 @@ impl<'a> Reading<'a> {
         } else {
             self.emission
         };
+        let specular = self.specular.unwrap_or_default();
+        let specular = if shows(self.specular_map, specular) {
+            [1.0; 3]
+        } else {
+            specular
+        };
         // The highlight of a low exponent covers the whole surface, and would hide its colour.
         let highlight = if self.has_highlight {
             ((self.exponent - 1.0) / 9.0).clamp(0.0, 1.0)
@@ -303,10 +312,7 @@ impl<'a> Reading<'a> {
         };
         let surface = Surface {
             diffuse,
-            specular: self
-                .specular
-                .unwrap_or_default()
-                .map(|channel| channel * highlight),
+            specular: specular.map(|channel| channel * highlight),
             alpha: (self.exponent as u32).clamp(1, 10_000),
             is_unlit: false,
             glass: None,
@@ -321,6 +327,7 @@ impl<'a> Reading<'a> {
                 }),
                 opacity: Opacity::new(self.opacity().unwrap_or(1.0), None),
                 emission,
+                specular_map: self.specular_map,
                 emission_map: self.emission_map,
                 normal_map: self.normals.map(|texture| NormalMap {
                     texture,

@@ -116,6 +116,17 @@ fn decode(known: &Known<'_>) -> Result<(Image, bool), String> {
     let decoded: DynamicImage = reader.decode().map_err(|error| sentence(&error))?;
     let mut image = decoded.into_rgba8();
     let mut least_alpha = u8::MAX;
+    if let Content::Roughness(factor) = known.content {
+        // Smoothness as the strength of a highlight.
+        let strength = |green: u8| {
+            let rough = (f32::from(green) * factor).clamp(0.1 * 255.0, 255.0);
+            (255.0 - rough + 0.5) as u8
+        };
+        for pixel in image.pixels_mut() {
+            let strength = strength(pixel.0[1]);
+            pixel.0 = [strength, strength, strength, u8::MAX];
+        }
+    }
     if known.content == Content::Colors {
         for pixel in image.pixels_mut() {
             least_alpha = least_alpha.min(pixel.0[3]);

@@ -177,7 +177,7 @@ fn images(
         })
     });
     let encoded: Vec<Option<Encoded<'_>>> = encoded.collect();
-    let images = textures::decode(&encoded, surfaces, package.path(), budget, notes).images;
+    let images = textures::decode(&encoded, (surfaces, &[]), package.path(), budget, notes).images;
     for bytes in read.iter().flatten().flatten() {
         budget.give_back(bytes.capacity());
     }
