@@ -3,13 +3,13 @@
 //! Code that reads a file or makes an array from one takes the bytes from the budget before it allocates them, and gives
 //! back what it frees before the load ends.
 
-use super::mesh::Sharing;
+use super::{mesh::Sharing, offset::Offset};
 use crate::error::{LoadError, in_bytes};
 use std::{
     fmt, io,
     path::Path,
     sync::{
-        Arc,
+        Arc, OnceLock,
         atomic::{AtomicBool, AtomicU64, Ordering},
     },
 };
@@ -48,6 +48,10 @@ pub(super) struct Budget {
     wants_images: AtomicBool,
     /// What becomes of a mesh's parts that stand in several places.
     sharing: Sharing,
+    /// What coordinates are read relative to; set for the second reading of a mesh far from 0.
+    offset: OnceLock<Offset>,
+    /// Whether the coordinates in the mesh's file are `f32`.
+    is_single: AtomicBool,
 }
 
 /// Why a load cannot have more memory.
@@ -75,6 +79,8 @@ impl Budget {
             missing: AtomicU64::new(0),
             wants_images: AtomicBool::new(true),
             sharing: Sharing::Never,
+            offset: OnceLock::new(),
+            is_single: AtomicBool::new(false),
         }
     }
 
@@ -120,6 +126,27 @@ impl Budget {
     /// Whether images of meshes are read.
     pub(super) fn wants_images(&self) -> bool {
         self.wants_images.load(Ordering::Relaxed)
+    }
+
+    /// Sets what coordinates of the mesh are read relative to from now on, once.
+    pub(super) fn set_offset(&self, offset: Offset) {
+        // Only the first offset counts; there is no other.
+        let _ = self.offset.set(offset);
+    }
+
+    /// What coordinates of a mesh are read relative to.
+    pub(super) fn offset(&self) -> Offset {
+        self.offset.get().copied().unwrap_or(Offset::NONE)
+    }
+
+    /// Remembers that the coordinates in the mesh's file are `f32`: reading it again makes them no finer.
+    pub(super) fn set_single(&self) {
+        self.is_single.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether they are.
+    pub(super) fn is_single(&self) -> bool {
+        self.is_single.load(Ordering::Relaxed)
     }
 
     /// What is left, in bytes.

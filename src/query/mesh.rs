@@ -37,6 +37,17 @@ impl Geometry {
         Self::from_triangles(&positions, &mesh.triangles)
     }
 
+    /// As [`Geometry::from_mesh`], for a mesh that is relative to a point, such as the
+    /// [`offset`](crate::format::mesh::LoadedMesh::offset) of a mesh in coordinates of a map. Queries are in world space.
+    ///
+    /// # Errors
+    /// As [`Geometry::from_mesh`].
+    pub fn from_mesh_at(mesh: &TriangleMesh, offset: DVec3) -> Result<Self, QueryError> {
+        let mut geometry = Self::from_mesh(mesh)?;
+        geometry.offset += offset;
+        Ok(geometry)
+    }
+
     /// Makes a geometry again of what [`vertices`](Self::vertices) and [`triangles`](Self::triangles) returned. Its
     /// answers are the same, to the bit.
     ///

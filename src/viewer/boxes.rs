@@ -6,7 +6,7 @@ use super::{
     screen::Canvas,
 };
 use crate::{accel::Bvh, math::Aabb, scene};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 /// Their colour, 0RGB: none of the classic materials has it.
 pub const COLOR: u32 = 0x0000_90ff;
@@ -59,7 +59,7 @@ fn walk(bvh: &Bvh, deepest: usize, visit: &mut impl FnMut(usize, Aabb, bool)) {
 pub fn draw(
     canvas: &mut Canvas<'_>,
     pose: &Pose,
-    origin: Vec3,
+    origin: DVec3,
     boxes: impl Iterator<Item = Aabb>,
     color: u32,
 ) {
@@ -100,7 +100,7 @@ struct Projection {
 }
 
 impl Projection {
-    fn new(pose: &Pose, origin: Vec3, width: u32, height: u32) -> Self {
+    fn new(pose: &Pose, origin: DVec3, width: u32, height: u32) -> Self {
         let (half_height, is_parallel) = match pose.projection {
             scene::Projection::Perspective { fov_degrees } => (half_height(fov_degrees), false),
             scene::Projection::Orthographic { height } => (height / 2.0, true),
@@ -108,7 +108,7 @@ impl Projection {
         // Parallel rays leave the plane through the eye.
         let near = if is_parallel { 0.0 } else { pose.distance() * NEAR };
         Self {
-            eye: pose.eye - origin.as_dvec3(),
+            eye: pose.eye - origin,
             frame: pose.frame(),
             scale: f64::from(height) / 2.0 / half_height,
             is_parallel,
@@ -185,6 +185,7 @@ fn line(canvas: &mut Canvas<'_>, a: [f64; 2], b: [f64; 2], color: u32) {
 mod tests {
     use super::*;
     use crate::generate::{Kind, Options, generate};
+    use glam::Vec3;
 
     #[test]
     fn lines_end_at_the_picture_wherever_their_ends_are() {
@@ -256,7 +257,7 @@ mod tests {
                 lower: Vec3::new(-5.1, 0.0, -5.1),
                 upper: Vec3::new(5.1, 0.0, 5.1),
             };
-            draw(&mut canvas, &pose, Vec3::ZERO, std::iter::once(flat), 7);
+            draw(&mut canvas, &pose, DVec3::ZERO, std::iter::once(flat), 7);
             // The outline of a square of half the picture's side.
             assert_eq!([pixels[50 * 100 + 24], pixels[24 * 100 + 50]], [7, 7]);
             assert_eq!(pixels[50 * 100 + 50], 0);
@@ -279,7 +280,7 @@ mod tests {
                 lower: Vec3::splat(-size),
                 upper: Vec3::splat(size),
             };
-            draw(&mut canvas, &pose, Vec3::ZERO, std::iter::once(around), 1);
+            draw(&mut canvas, &pose, DVec3::ZERO, std::iter::once(around), 1);
         }
     }
 }

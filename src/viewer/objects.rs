@@ -97,7 +97,7 @@ impl Objects {
         self.boxes.extend(ids.map(|id| scene.instance_bounds(id)));
     }
 
-    /// The box around the object that is hit, in scene coordinates. Without a hit, or if it is of the ground, the box around all
+    /// The box around the object that is hit, relative to [`Scene::offset`]. Without a hit, or if it is of the ground, the box around all
     /// objects except the ground.
     #[must_use]
     pub fn bounds(&self, scene: &Scene, under: Option<SceneHit>, up: Axis) -> Aabb {

@@ -131,8 +131,8 @@ impl Orbit {
         });
     }
 
-    /// Frames `bounds` as seen from one of the six sides of a mesh that stands on `up`.
-    pub fn frame_side(&mut self, bounds: Aabb, aspect: f64, side: usize, up: Axis) {
+    /// Frames bounds, which are relative to a point, as seen from one of the six sides of a mesh that stands on `up`.
+    pub fn frame_side(&mut self, bounds: (Aabb, DVec3), aspect: f64, side: usize, up: Axis) {
         let Pose { target, .. } = self.pose;
         self.go_to(Pose {
             eye: target + up.side(side),
@@ -142,14 +142,14 @@ impl Orbit {
         self.frame(bounds, aspect);
     }
 
-    /// Looks at the centre of `bounds` from where all of it is inside a picture `aspect` times as wide as it is high,
-    /// without turning. Does nothing if `bounds` is empty or a point.
-    pub fn frame(&mut self, bounds: Aabb, aspect: f64) {
+    /// Looks at the centre of `bounds`, which are relative to `offset`, from where all of it is inside a picture `aspect` times
+    /// as wide as it is high, without turning. Does nothing if `bounds` is empty or a point.
+    pub fn frame(&mut self, (bounds, offset): (Aabb, DVec3), aspect: f64) {
         if diagonal_of(bounds).is_none() {
             return;
         }
         let (lower, upper) = (bounds.lower.as_dvec3(), bounds.upper.as_dvec3());
-        let (middle, size) = ((lower + upper) / 2.0, upper - lower);
+        let (middle, size) = ((lower + upper) / 2.0 + offset, upper - lower);
         self.go_to(self.pose.framing(middle, size, aspect, FRAME_MARGIN));
     }
 }
@@ -296,7 +296,7 @@ mod tests {
             assert_eq!(orbit.pose().lens, lens(focus));
             orbit.approach(0.5);
             assert_eq!(orbit.pose().lens, lens(near));
-            orbit.frame(LONG, 1.0);
+            orbit.frame(here(LONG), 1.0);
             assert_eq!(orbit.pose().lens, lens(None));
         }
     }
@@ -346,21 +346,38 @@ mod tests {
         upper: Vec3::new(14.0, 21.0, 31.0),
     };
 
+    /// Bounds relative to 0.
+    fn here(bounds: Aabb) -> (Aabb, DVec3) {
+        (bounds, DVec3::ZERO)
+    }
+
+    #[test]
+    fn bounds_far_away_are_framed_there() {
+        let far = DVec3::new(500_000.0, 4e6, 300.0);
+        let [near, away] = [DVec3::ZERO, far].map(|offset| {
+            let mut orbit = view(3);
+            orbit.frame((LONG, offset), 2.0);
+            orbit.pose()
+        });
+        assert!((away.eye - near.eye - far).length() < 1e-8);
+        assert!((away.target - near.target - far).length() < 1e-8);
+    }
+
     #[test]
     fn framing_sees_all_and_keeps_the_direction() {
         for aspect in [1.0, 0.3, 2.0] {
             let mut orbit = view(3);
             let forward = orbit.pose().frame()[2];
-            orbit.frame(LONG, aspect);
+            orbit.frame(here(LONG), aspect);
             assert!(orbit.pose().frame()[2].dot(forward) > 1.0 - 1e-12);
             assert!((0.8..1.0).contains(&filled(&orbit, LONG, aspect)));
         }
         // An orthographic camera stays one.
         let mut orbit = parallel(4.0);
-        orbit.frame(LONG, 2.0);
+        orbit.frame(here(LONG), 2.0);
         assert!((0.9..1.0).contains(&filled(&orbit, LONG, 2.0)));
         let mut orbit = view(3);
-        orbit.frame(Aabb::EMPTY, 1.0);
+        orbit.frame(here(Aabb::EMPTY), 1.0);
         assert_eq!(orbit.pose(), view(3).pose());
     }
 
@@ -377,7 +394,7 @@ mod tests {
             {
                 for aspect in [1.0, 0.3, 2.0] {
                     let mut orbit = view(3);
-                    orbit.frame_side(bounds, aspect, side, up);
+                    orbit.frame_side(here(bounds), aspect, side, up);
                     assert!((0.7..1.0).contains(&filled(&orbit, bounds, aspect)));
                     let away = (orbit.pose().eye - orbit.pose().target).normalize();
                     assert!((away - up.side(side)).length() < 1e-9);
@@ -394,7 +411,7 @@ mod tests {
     fn turning_up_turns_the_camera_with_the_mesh() {
         let (y, z) = (Axis::nearest(DVec3::Y), Axis::nearest(DVec3::Z));
         let mut orbit = view(1);
-        orbit.frame_side(LONG, 1.0, 0, y);
+        orbit.frame_side(here(LONG), 1.0, 0, y);
         let before = orbit.pose();
         let center = before.target;
         orbit.go_to(before.rotated(y.turn_to(z)));

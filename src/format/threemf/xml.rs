@@ -4,7 +4,10 @@
 
 use crate::{
     error::{SceneError, quote},
-    format::place::{TextFault, after_mark, refuse_binary},
+    format::{
+        offset::Offset,
+        place::{TextFault, after_mark, refuse_binary},
+    },
     scene::is_usable,
 };
 use quick_xml::{
@@ -270,9 +273,11 @@ impl Attribute<'_> {
         Ok(if is_opaque { number << 8 | 0xff } else { number }.to_be_bytes())
     }
 
-    /// The value as a coordinate; errors call it `what`.
-    pub(super) fn coordinate(&self, what: &'static str) -> Result<f32, TextFault> {
-        let value: f32 = fast_float2::parse(self.value.trim_ascii())
+    /// The value as a coordinate on an axis, less an offset.
+    pub(super) fn coordinate(&self, axis: usize, offset: Offset) -> Result<f32, TextFault> {
+        let what = ["x", "y", "z"][axis];
+        let value = offset
+            .parse(axis, self.value.trim_ascii())
             .map_err(|_| self.fault(format!("`{what}` is {}, expected a number", quote(self.value))))?;
         if is_usable(value) {
             Ok(value)
