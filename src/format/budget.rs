@@ -10,7 +10,7 @@ use std::{
     path::Path,
     sync::{
         Arc, OnceLock,
-        atomic::{AtomicBool, AtomicU64, Ordering},
+        atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering},
     },
 };
 
@@ -50,8 +50,8 @@ pub(super) struct Budget {
     sharing: Sharing,
     /// What coordinates are read relative to; set for the second reading of a mesh far from 0.
     offset: OnceLock<Offset>,
-    /// Whether the coordinates in the mesh's file are `f32`.
-    is_single: AtomicBool,
+    /// How far from 0 coordinates of the mesh are that its file has as `f32`: the bits of a number of 0 or more.
+    single_reach: AtomicU32,
 }
 
 /// Why a load cannot have more memory.
@@ -80,7 +80,7 @@ impl Budget {
             wants_images: AtomicBool::new(true),
             sharing: Sharing::Never,
             offset: OnceLock::new(),
-            is_single: AtomicBool::new(false),
+            single_reach: AtomicU32::new(0),
         }
     }
 
@@ -139,14 +139,16 @@ impl Budget {
         self.offset.get().copied().unwrap_or(Offset::NONE)
     }
 
-    /// Remembers that the coordinates in the mesh's file are `f32`: reading it again makes them no finer.
-    pub(super) fn set_single(&self) {
-        self.is_single.store(true, Ordering::Relaxed);
+    /// Remembers that the mesh's file has `f32` so far from 0: reading it again makes them no finer.
+    pub(super) fn add_single_reach(&self, reach: f32) {
+        // Numbers of 0 or more are ordered as their bits.
+        self.single_reach
+            .fetch_max(reach.abs().to_bits(), Ordering::Relaxed);
     }
 
-    /// Whether they are.
-    pub(super) fn is_single(&self) -> bool {
-        self.is_single.load(Ordering::Relaxed)
+    /// How far from 0 they are.
+    pub(super) fn single_reach(&self) -> f32 {
+        f32::from_bits(self.single_reach.load(Ordering::Relaxed))
     }
 
     /// What is left, in bytes.

@@ -5,17 +5,7 @@ use crate::scene::TriangleMesh;
 use glam::DVec3;
 
 impl Geometry {
-    /// Makes a geometry of the triangles of a mesh, such as [`mesh::load`](crate::format::mesh::load) reads. Normals,
-    /// colours and texture coordinates are ignored.
-    ///
-    /// ```no_run
-    /// use octray::{Geometry, format::mesh};
-    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-    /// let loaded = mesh::load("bunny.ply".as_ref())?;
-    /// let geometry = Geometry::from_mesh(&loaded.columns)?;
-    /// # Ok(())
-    /// # }
-    /// ```
+    /// Makes a geometry of the triangles of a mesh. Normals, colours and texture coordinates are ignored.
     ///
     /// # Errors
     /// As [`Geometry::from_triangles`], or [`QueryError::Length`] if `x`, `y` and `z` differ in length.
@@ -37,8 +27,17 @@ impl Geometry {
         Self::from_triangles(&positions, &mesh.triangles)
     }
 
-    /// As [`Geometry::from_mesh`], for a mesh that is relative to a point, such as the
-    /// [`offset`](crate::format::mesh::LoadedMesh::offset) of a mesh in coordinates of a map. Queries are in world space.
+    /// As [`Geometry::from_mesh`], for a mesh that is relative to `offset`, as [`mesh::load`](crate::format::mesh::load)
+    /// reads those in coordinates of a map. Queries are in world space.
+    ///
+    /// ```no_run
+    /// use octray::{Geometry, format::mesh};
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let loaded = mesh::load("bunny.ply".as_ref())?;
+    /// let geometry = Geometry::from_mesh_at(&loaded.columns, loaded.offset)?;
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// As [`Geometry::from_mesh`].

@@ -4,7 +4,7 @@
 //! is refused at once, or stores it once.
 
 use super::{
-    arrays::{Arrays, COLORED, NO_SURFACE, Room},
+    arrays::{Arrays, COLORED, NO_SURFACE, Room, scale},
     buffers::Buffers,
     instancing::{Instances, Instancing},
     lights::PunctualLights,
@@ -154,6 +154,7 @@ impl Reading {
                 self.camera(name, camera.projection(), &placement.world, offset);
             }
         }
+        buffers.budget().add_single_reach(self.baked.reach);
         Ok(())
     }
 
@@ -290,7 +291,10 @@ impl Reading {
         };
         let transform = Transform::from_rows([0, 1, 2].map(|i| world.row(i).to_array()));
         match placing.check(&transform) {
-            Ok(()) => part.placements.push(transform),
+            Ok(()) => {
+                self.baked.reach = self.baked.reach.max(part.arrays.reach * scale(world));
+                part.placements.push(transform);
+            }
             Err(SceneError::Flat) if transform.collapses() => self.collapsed += 1,
             // Flat shapes are visible, but rays cannot be transformed by a singular matrix.
             Err(SceneError::Flat) => {

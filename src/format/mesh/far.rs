@@ -39,9 +39,14 @@ impl Coarse {
     pub(crate) fn of(bounds: &Aabb) -> Option<Self> {
         let size = (bounds.upper - bounds.lower).max_element();
         let far = bounds.upper.abs().max(bounds.lower.abs()).max_element();
-        let step = (far.next_up() - far).min(f32::MAX);
+        let step = step_at(far);
         (size >= 0.0 && step * LEAST_STEPS > size).then_some(Self { far, step, size })
     }
+}
+
+/// The distance between two neighbouring values of `f32`.
+fn step_at(value: f32) -> f32 {
+    (value.next_up() - value).min(f32::MAX)
 }
 
 /// Reads a mesh, and again relative to an offset if its coordinates are coarse and its file may have finer ones.
@@ -51,7 +56,7 @@ pub(in crate::format) fn read(
 ) -> Result<LoadedMesh, LoadError> {
     let before = budget.taken();
     let mut first = read()?;
-    let Some(offset) = offset_of(&first).filter(|_| !budget.is_single()) else {
+    let Some(offset) = offset_of(&first, budget.single_reach()) else {
         return Ok(first);
     };
     // Its images and notes stay; its arrays are freed before others are made.
@@ -79,12 +84,17 @@ pub(in crate::format) fn read(
     Ok(mesh)
 }
 
-/// The offset of a mesh that is coarse: the middle of its box on the axes on which that is far from 0.
-fn offset_of(mesh: &LoadedMesh) -> Option<DVec3> {
+/// The offset of a mesh that is coarse: the middle of its box on the axes on which that is far from 0. `None` if its file has
+/// `f32` that are coarse themselves, so far from 0.
+fn offset_of(mesh: &LoadedMesh, single_reach: f32) -> Option<DVec3> {
     let bounds = PlacedMesh::bounds(&mesh.placed());
     // Points that coincide are no mesh whose parts have been rounded away.
     let is_point = |coarse: &Coarse| coarse.size == 0.0 && mesh.cloud.is_some();
-    Coarse::of(&bounds).filter(|coarse| !is_point(coarse))?;
+    let coarse = Coarse::of(&bounds).filter(|coarse| !is_point(coarse))?;
+    let own = step_at(single_reach);
+    if own >= coarse.step || own * LEAST_STEPS > coarse.size && coarse.size > 0.0 {
+        return None;
+    }
     Some(origin_of(bounds).as_dvec3()).filter(|offset| *offset != DVec3::ZERO)
 }
 

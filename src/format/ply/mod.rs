@@ -130,7 +130,7 @@ fn read_values<'b>(
         header.skip_colors();
     }
     if is_single(&header) {
-        budget.set_single();
+        budget.add_single_reach(f32::MAX);
     }
     let read = match header.format {
         PlyFormat::Ascii => rows::read_all(&header, &mut Text::new(bytes, header.body), budget),
@@ -173,7 +173,7 @@ fn read_pieces<'b>(
         header.skip_colors();
     }
     if is_single(&header) {
-        budget.set_single();
+        budget.add_single_reach(f32::MAX);
     }
     let read = match header.format {
         PlyFormat::Ascii => Ok(None),
