@@ -60,8 +60,8 @@ mod tests {
             assert_eq!(with.to_bits(), without.to_bits());
         }
         assert!(Offset::new(DVec3::ZERO).is_none());
-        // Rounding by way of f64 would give the other neighbour.
-        let halfway = b"1.00000017881393421514957253748434595763683319091796875001";
-        assert_eq!(Offset::NONE.parse(0, halfway), Ok(1.000_000_2));
+        // Rounding by way of f64 would give 1.
+        let above_halfway = b"1.00000005960464477539062500001";
+        assert_eq!(Offset::NONE.parse(0, above_halfway), Ok(1.0 + f32::EPSILON));
     }
 }
