@@ -68,6 +68,7 @@ fn memory_is_bounded() {
     let path = folder.path().join("terrain.ply");
     let file = from_a_file_to_a_picture(&path);
     impossible_counts_are_refused(&path, &file);
+    the_first_reading_is_freed(&folder.path().join("map.obj"));
 }
 
 /// Frames that are counted.
@@ -206,6 +207,36 @@ fn from_a_file_to_a_picture(path: &Path) -> Vec<u8> {
         file.len()
     );
     file
+}
+
+/// A mesh in map coordinates is read twice, but not both at a time.
+fn the_first_reading_is_freed(path: &Path) {
+    let load = |at: f64| {
+        let line = |i: u32| {
+            format!(
+                "v {} {} 0\n",
+                at + f64::from(i % 300) * 0.001,
+                f64::from(i / 300) * 0.001
+            )
+        };
+        let vertices: String = (0..90_000).map(line).collect();
+        let faces: String = (1..89_000)
+            .map(|i| format!("f {i} {} {}\n", i + 1, i + 300))
+            .collect();
+        let text = vertices + &faces;
+        fs::write(path, &text).expect("the file is written");
+        peak(|| {
+            let mesh = mesh::load(path).expect("a mesh");
+            assert_eq!(mesh.offset.x != 0.0, at != 0.0);
+            mesh
+        })
+        .saturating_sub(text.len())
+    };
+    let (near, far) = (load(0.0), load(500_000.0));
+    assert!(
+        far < near + near / 20,
+        "{far} bytes far from 0, {near} bytes near it"
+    );
 }
 
 /// A count that cannot fit into the rest of the file is refused before memory is allocated for it and before the rest

@@ -35,7 +35,7 @@ pub fn load(py: Python<'_>, path: PathBuf, threads: Option<usize>) -> PyResult<(
             let why = format!("{}: no triangles, only {vertices} vertices", path.display());
             return Err(PyValueError::new_err(why));
         }
-        Ok(Geometry::from_mesh(&loaded.columns))
+        Ok(Geometry::from_mesh_at(&loaded.columns, loaded.offset))
     })?;
     Ok((loaded, notes))
 }

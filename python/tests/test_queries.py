@@ -216,6 +216,14 @@ def test_a_mesh_from_a_file(tmp_path):
         octray.Mesh.from_file(os.fsencode(tmp_path / "bare.obj"))
 
 
+def test_files_in_map_coordinates(tmp_path):
+    corners = [[500000.001, 4000000, 9], [500001.001, 4000000, 9], [500000.001, 4000001, 9.5]]
+    lines = [f"v {x} {y} {z}\n" for x, y, z in corners]
+    (tmp_path / "map.obj").write_text("".join(lines) + "f 1 2 3\n")
+    mesh = octray.Mesh.from_file(tmp_path / "map.obj")
+    assert np.abs(mesh.vertices - corners).max() < 1e-6
+
+
 def test_arrays_that_are_not_contiguous(ball):
     vertices, faces = sphere()
     wide = np.zeros((len(vertices), 6))

@@ -3,14 +3,14 @@
 //! Code that reads a file or makes an array from one takes the bytes from the budget before it allocates them, and gives
 //! back what it frees before the load ends.
 
-use super::mesh::Sharing;
+use super::{mesh::Sharing, offset::Offset};
 use crate::error::{LoadError, in_bytes};
 use std::{
     fmt, io,
     path::Path,
     sync::{
-        Arc,
-        atomic::{AtomicBool, AtomicU64, Ordering},
+        Arc, OnceLock,
+        atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering},
     },
 };
 
@@ -48,6 +48,10 @@ pub(super) struct Budget {
     wants_images: AtomicBool,
     /// What becomes of a mesh's parts that stand in several places.
     sharing: Sharing,
+    /// What coordinates are read relative to; set for the second reading of a mesh far from 0.
+    offset: OnceLock<Offset>,
+    /// How far from 0 coordinates of the mesh are that its file has as `f32`: the bits of a number of 0 or more.
+    single_reach: AtomicU32,
 }
 
 /// Why a load cannot have more memory.
@@ -75,6 +79,8 @@ impl Budget {
             missing: AtomicU64::new(0),
             wants_images: AtomicBool::new(true),
             sharing: Sharing::Never,
+            offset: OnceLock::new(),
+            single_reach: AtomicU32::new(0),
         }
     }
 
@@ -120,6 +126,29 @@ impl Budget {
     /// Whether images of meshes are read.
     pub(super) fn wants_images(&self) -> bool {
         self.wants_images.load(Ordering::Relaxed)
+    }
+
+    /// Sets what coordinates of the mesh are read relative to from now on, once.
+    pub(super) fn set_offset(&self, offset: Offset) {
+        // Only the first offset counts; there is no other.
+        let _ = self.offset.set(offset);
+    }
+
+    /// What coordinates of a mesh are read relative to.
+    pub(super) fn offset(&self) -> Offset {
+        self.offset.get().copied().unwrap_or(Offset::NONE)
+    }
+
+    /// Remembers that the mesh's file has `f32` so far from 0: reading it again makes them no finer.
+    pub(super) fn add_single_reach(&self, reach: f32) {
+        // Numbers of 0 or more are ordered as their bits.
+        self.single_reach
+            .fetch_max(reach.abs().to_bits(), Ordering::Relaxed);
+    }
+
+    /// How far from 0 they are.
+    pub(super) fn single_reach(&self) -> f32 {
+        f32::from_bits(self.single_reach.load(Ordering::Relaxed))
     }
 
     /// What is left, in bytes.

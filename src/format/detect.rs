@@ -127,7 +127,8 @@ fn load_budgeted(
                 asked.push(path.to_path_buf());
                 files::read(path, &budget)
             };
-            Loaded::Mesh(Box::new(mesh::parse_as(format, &bytes, name, open, &budget)?))
+            let read = || mesh::parse_as(format, &bytes, name, open, &budget);
+            Loaded::Mesh(Box::new(mesh::read_far(&budget, read)?))
         }
     })
 }

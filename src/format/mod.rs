@@ -16,6 +16,7 @@ mod left_out;
 pub mod mesh;
 mod obj;
 mod off;
+mod offset;
 mod place;
 pub mod ply;
 mod polygon;

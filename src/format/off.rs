@@ -173,7 +173,7 @@ fn count(words: &mut Words<'_>, what: &str) -> Result<usize, TextFault> {
 
 /// The next word as a usable number.
 fn number(words: &mut Words<'_>, what: &'static str) -> Result<f32, TextFault> {
-    let (value, place) = any_number(words, what)?;
+    let (value, place) = any_number(words, what, |word| fast_float2::parse(word))?;
     if is_usable(value) {
         Ok(value)
     } else {
@@ -186,7 +186,11 @@ fn unusable(what: &'static str, value: f32, place: Range<usize>) -> TextFault {
 }
 
 /// The next word as a number, and its place.
-fn any_number(words: &mut Words<'_>, what: &'static str) -> Result<(f32, Range<usize>), TextFault> {
+fn any_number(
+    words: &mut Words<'_>,
+    what: &'static str,
+    parse: impl Fn(&[u8]) -> Result<f32, fast_float2::Error>,
+) -> Result<(f32, Range<usize>), TextFault> {
     let end = words.rest().end;
     let Some((word, place)) = words.next() else {
         return Err(TextFault::new(
@@ -194,7 +198,7 @@ fn any_number(words: &mut Words<'_>, what: &'static str) -> Result<(f32, Range<u
             format!("the line ends before `{what}`, expected a number"),
         ));
     };
-    let value: f32 = fast_float2::parse(word).map_err(|_| {
+    let value = parse(word).map_err(|_| {
         let message = format!("`{what}` is {}, expected a number", quote(word));
         TextFault::new(place.clone(), message)
     })?;
@@ -242,8 +246,9 @@ impl<'b> Off<'b> {
         let columns = &mut self.columns;
         let axes = [&mut columns.x, &mut columns.y, &mut columns.z];
         let mut is_point = true;
-        for (column, what) in axes.into_iter().zip(["x", "y", "z"]) {
-            let (value, place) = any_number(&mut words, what)?;
+        let offset = self.budget.offset();
+        for (axis, (column, what)) in axes.into_iter().zip(["x", "y", "z"]).enumerate() {
+            let (value, place) = any_number(&mut words, what, |word| offset.parse(axis, word))?;
             if !is_usable(value) {
                 is_point = false;
                 self.unusable.keep_first(|| unusable(what, value, place));
@@ -253,7 +258,8 @@ impl<'b> Off<'b> {
         }
         self.unusable.count += usize::from(!is_point);
         if self.header.has_normals {
-            let [x, y, z] = ["nx", "ny", "nz"].map(|what| any_number(&mut words, what));
+            let [x, y, z] =
+                ["nx", "ny", "nz"].map(|what| any_number(&mut words, what, |word| fast_float2::parse(word)));
             self.budget.reserve(&mut columns.normals, 1)?;
             let normal = usable_normal([x?.0, y?.0, z?.0], &mut self.odd_normals);
             columns.normals.push(normal);

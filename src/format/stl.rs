@@ -12,6 +12,7 @@ use super::{
     files,
     left_out::{LeftOut, counted},
     mesh::{LoadedMesh, MeshFormat, Unusable, UpAxis, UpSource},
+    offset::Offset,
     place::{TextFault, Words},
     polygon::Fans,
     source::{Opened, Pieces},
@@ -127,6 +128,7 @@ fn has_binary_size(head: &[u8], length: usize) -> bool {
 
 /// Reads a binary file. `None` if bytes that were there can no longer be read.
 fn binary(source: &impl Pieces, path: &Path, budget: &Budget) -> Result<Option<LoadedMesh>, LoadError> {
+    budget.add_single_reach(f32::MAX);
     let refused = |message: String| Err(LoadError::whole_file(path, message));
     let length = source.length();
     if length == 0 {
@@ -249,6 +251,7 @@ struct Reader<'a> {
     text: &'a [u8],
     words: Words<'a>,
     end: Range<usize>,
+    offset: Offset,
     unusable: Unusable<TextFault>,
     /// How many facets have fewer than three corners.
     small: usize,
@@ -273,9 +276,10 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn coordinate(&mut self, what: &'static str) -> Result<f32, TextFault> {
+    fn coordinate(&mut self, axis: usize) -> Result<f32, TextFault> {
+        let what = ["x", "y", "z"][axis];
         let (word, place) = self.next("a number")?;
-        let value: f32 = fast_float2::parse(word).map_err(|_| {
+        let value = self.offset.parse(axis, word).map_err(|_| {
             let message = format!("`{what}` is {}, expected a number", quote(word));
             TextFault::new(place.clone(), message)
         })?;
@@ -303,6 +307,7 @@ fn text(bytes: &[u8], budget: &Budget) -> Result<(TriangleMesh, Unusable<TextFau
         text: bytes,
         words: Words::new(bytes, 0..bytes.len()),
         end: end..end,
+        offset: budget.offset(),
         unusable: Unusable::default(),
         small: 0,
     };
@@ -364,7 +369,7 @@ fn facet(
         for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
             budget.reserve(column, 1)?;
         }
-        let [x, y, z] = ["x", "y", "z"].map(|what| reader.coordinate(what));
+        let [x, y, z] = [0, 1, 2].map(|axis| reader.coordinate(axis));
         let corner = [x?, y?, z?];
         reader.unusable.count += usize::from(!corner.into_iter().all(is_usable));
         mesh.x.push(corner[0]);

@@ -5,17 +5,7 @@ use crate::scene::TriangleMesh;
 use glam::DVec3;
 
 impl Geometry {
-    /// Makes a geometry of the triangles of a mesh, such as [`mesh::load`](crate::format::mesh::load) reads. Normals,
-    /// colours and texture coordinates are ignored.
-    ///
-    /// ```no_run
-    /// use octray::{Geometry, format::mesh};
-    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-    /// let loaded = mesh::load("bunny.ply".as_ref())?;
-    /// let geometry = Geometry::from_mesh(&loaded.columns)?;
-    /// # Ok(())
-    /// # }
-    /// ```
+    /// Makes a geometry of the triangles of a mesh. Normals, colours and texture coordinates are ignored.
     ///
     /// # Errors
     /// As [`Geometry::from_triangles`], or [`QueryError::Length`] if `x`, `y` and `z` differ in length.
@@ -35,6 +25,26 @@ impl Geometry {
         (positions.try_reserve_exact(expected)).map_err(|_| QueryError::NoMemory { what })?;
         positions.extend((0..expected).map(|i| [mesh.x[i], mesh.y[i], mesh.z[i]]));
         Self::from_triangles(&positions, &mesh.triangles)
+    }
+
+    /// As [`Geometry::from_mesh`], for a mesh that is relative to `offset`, as [`mesh::load`](crate::format::mesh::load)
+    /// reads those in coordinates of a map. Queries are in world space.
+    ///
+    /// ```no_run
+    /// use octray::{Geometry, format::mesh};
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let loaded = mesh::load("bunny.ply".as_ref())?;
+    /// let geometry = Geometry::from_mesh_at(&loaded.columns, loaded.offset)?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Geometry::from_mesh`].
+    pub fn from_mesh_at(mesh: &TriangleMesh, offset: DVec3) -> Result<Self, QueryError> {
+        let mut geometry = Self::from_mesh(mesh)?;
+        geometry.offset += offset;
+        Ok(geometry)
     }
 
     /// Makes a geometry again of what [`vertices`](Self::vertices) and [`triangles`](Self::triangles) returned. Its

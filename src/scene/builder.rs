@@ -97,6 +97,7 @@ pub struct SceneBuilder {
     pub(super) cameras: Vec<NamedCamera>,
     mesh_cameras: Vec<NamedCamera>,
     sources: Sources,
+    offset: DVec3,
     /// Limit for the scene and its BVH, bytes.
     memory: u64,
 }
@@ -208,6 +209,7 @@ impl SceneBuilder {
             cameras: Vec::new(),
             mesh_cameras: Vec::new(),
             sources: Sources::default(),
+            offset: DVec3::ZERO,
             memory: u64::MAX,
         }
     }
@@ -220,6 +222,23 @@ impl SceneBuilder {
             memory,
             ..Self::new()
         }
+    }
+
+    /// Sets the world position that all positions are relative to but those of cameras, so that a scene far from 0 is not
+    /// rounded to coarse steps of `f32`. What was added before is not moved.
+    ///
+    /// # Errors
+    /// [`SceneError::NotUsable`] if a coordinate is NaN or too large.
+    pub fn set_offset(&mut self, offset: DVec3) -> Result<(), SceneError> {
+        usable_point(offset.as_vec3())?;
+        self.offset = offset;
+        Ok(())
+    }
+
+    /// Returns what [`SceneBuilder::set_offset`] has set, or 0.
+    #[must_use]
+    pub fn offset(&self) -> DVec3 {
+        self.offset
     }
 
     /// Returns the id of classic material `number`: 0 silhouette, 1 matte, 2 Blinn-Phong, 3 reflection.
@@ -403,6 +422,7 @@ impl SceneBuilder {
             cameras,
             mesh_cameras,
             sources,
+            offset,
             memory: _,
         } = self;
         let has_glass = materials.iter().any(|m| matches!(m, Material::Glass { .. }));
@@ -429,6 +449,7 @@ impl SceneBuilder {
             cameras,
             mesh_cameras,
             sources,
+            offset,
             origin: Vec3::ZERO,
             bounds: Aabb::EMPTY,
             degenerate: 0,

@@ -55,6 +55,7 @@ pub use motion::{CameraMotion, MAX_KEYFRAMES, MAX_STEPS, MAX_TIME, Motion, Step}
 use moving::Moving;
 pub use normal_map::{MAX_NORMAL_SCALE, NormalMap};
 pub use opacity::Opacity;
+pub(crate) use origin::origin_of;
 pub(crate) use passage::{Crossing, Passage, skipped};
 pub use pixel_rays::{PixelRays, RayCone};
 pub use placed::PlacedMesh;
@@ -65,7 +66,7 @@ pub use view::{CameraError, Lens, Projection, View};
 pub(crate) use weld::weld;
 
 use crate::{math::Aabb, ray::PrimitiveId};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::{
     collections::BTreeSet,
     path::PathBuf,
@@ -191,6 +192,7 @@ pub struct Scene {
     cameras: Vec<NamedCamera>,
     mesh_cameras: Vec<NamedCamera>,
     sources: Sources,
+    offset: DVec3,
     origin: Vec3,
     bounds: Aabb,
     degenerate: usize,
@@ -302,21 +304,6 @@ impl Scene {
         1 + self.lights.len() + self.environment_rays()
     }
 
-    /// Replaces the lights by those of another scene.
-    pub fn take_lights(&mut self, other: Self) {
-        self.lights = other.lights;
-        self.translate_lights(other.origin - self.origin);
-    }
-
-    /// Returns the world position that the scene's arrays, rays and hits are relative to.
-    ///
-    /// 0 on an axis unless the scene is further from 0 than it is long there; then the scene's centre, so that
-    /// coordinates, above all the origins of rays, are not rounded in large steps.
-    #[must_use]
-    pub fn origin(&self) -> Vec3 {
-        self.origin
-    }
-
     /// Returns the scene's own cameras, in the order of their addition; the first is the default view.
     #[must_use]
     pub fn cameras(&self) -> &[NamedCamera] {
@@ -335,8 +322,8 @@ impl Scene {
         &self.sources
     }
 
-    /// Returns the bounding box of all triangles, spheres and instances in world space, not relative to
-    /// [`Scene::origin`]; empty without any.
+    /// Returns the bounding box of all triangles, spheres and instances in world space, less [`Scene::offset`] but not
+    /// relative to [`Scene::origin`]; empty without any.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         self.bounds

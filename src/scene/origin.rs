@@ -3,12 +3,12 @@
 
 use super::{Scene, builder::MIN_PIECE, instance::gaps};
 use crate::math::Aabb;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// Returns the centre of `bounds` on each axis on which the box is further from 0 than it is long, else 0. Subtracting it
 /// is exact: no coordinate is less than half or more than twice as large (Sterbenz's lemma).
-pub(super) fn origin_of(bounds: Aabb) -> Vec3 {
+pub(crate) fn origin_of(bounds: Aabb) -> Vec3 {
     if bounds.is_empty() {
         return Vec3::ZERO;
     }
@@ -19,6 +19,35 @@ pub(super) fn origin_of(bounds: Aabb) -> Vec3 {
 }
 
 impl Scene {
+    /// Replaces the lights by those of another scene.
+    pub fn take_lights(&mut self, other: Self) {
+        self.lights = other.lights;
+        let between = (other.offset - self.offset).as_vec3();
+        self.translate_lights(between + (other.origin - self.origin));
+    }
+
+    /// Returns the world position that all positions of the scene are relative to but those of cameras: 0, unless
+    /// [`SceneBuilder::set_offset`] has set another.
+    #[must_use]
+    pub fn offset(&self) -> DVec3 {
+        self.offset
+    }
+
+    /// Returns the world position of a point that is relative to [`Scene::origin`], such as a hit.
+    #[must_use]
+    pub fn world_point(&self, point: Vec3) -> DVec3 {
+        (self.origin + point).as_dvec3() + self.offset
+    }
+
+    /// Returns the position, less [`Scene::offset`], that the scene's arrays, rays and hits are relative to.
+    ///
+    /// 0 on an axis unless the scene is further from 0 than it is long there; then the scene's centre, so that
+    /// coordinates, above all the origins of rays, are not rounded in large steps.
+    #[must_use]
+    pub fn origin(&self) -> Vec3 {
+        self.origin
+    }
+
     /// Chooses the origin and makes all positions relative to it.
     pub(super) fn move_to_origin(&mut self) {
         let origin = origin_of(self.bounds);

@@ -40,6 +40,11 @@ impl<'a> PlacedMesh<'a> {
             Aabb::union,
         )
     }
+
+    /// Returns whether any placed point of meshes passes a test.
+    pub(crate) fn any(meshes: &[Self], test: impl Fn(Vec3) -> bool + Sync + Send) -> bool {
+        Points::of(meshes).fold(|| false, |any, point| any || test(point), |a, b| a || b)
+    }
 }
 
 /// The coordinates of a mesh.

@@ -233,7 +233,7 @@ impl Scene {
             return TexturedPoint::PLAIN;
         };
         let checker = textures.checker.map_or([1.0; 3], |checker| {
-            let at = point.point.as_dvec3() + self.origin.as_dvec3();
+            let at = point.point.as_dvec3() + self.origin.as_dvec3() + self.offset;
             checker.color(at, point.normal, point.direction, point.width)
         });
         let plain = TexturedPoint {

@@ -145,7 +145,10 @@ impl App {
         let [width, height] = self.size.map(f64::from);
         let aspect = width / height.max(1.0);
         let [_, up] = self.up;
-        let bounds = |under| model.objects().bounds(&model.scene, under, up);
+        let bounds = |under| {
+            let bounds = model.objects().bounds(&model.scene, under, up);
+            (bounds, model.scene.offset())
+        };
         match framing {
             Framing::Under(under) => self.orbit.frame(bounds(under), aspect),
             Framing::Side(side) => {

@@ -9,7 +9,7 @@ use crate::{
     },
     scene::{Camera, Material, Primitive},
 };
-use glam::Vec3;
+use glam::DVec3;
 
 /// Traces the ray through the centres of a pixel (row 0 at the top) and the lens, and returns its cost. One ray is fast
 /// enough for the window's own thread.
@@ -31,7 +31,7 @@ pub fn pick(
 pub fn describe(model: &Model, camera: &Camera, size: [u32; 2], [x, y]: [u32; 2]) -> Vec<String> {
     let scene = &model.scene;
     let (ray, hit, cost) = pick(model, camera, size, [x, y]);
-    let vector = |v: Vec3| format!("{:.4} {:.4} {:.4}", v.x, v.y, v.z);
+    let vector = |v: DVec3| format!("{:.4} {:.4} {:.4}", v.x, v.y, v.z);
     let mut lines = vec![format!("pixel     {x},{y}")];
     if hit.is_hit() {
         let primitive = match scene.primitive(hit.primitive) {
@@ -58,9 +58,10 @@ pub fn describe(model: &Model, camera: &Camera, size: [u32; 2], [x, y]: [u32; 2]
         lines.push(format!("distance  {:.6}", hit.t));
         lines.push(format!(
             "point     {}",
-            vector(scene.origin() + surface::point(&ray, &hit))
+            vector(scene.world_point(surface::point(&ray, &hit)))
         ));
-        lines.push(format!("normal    {}", vector(shading_normal(scene, &ray, &hit))));
+        let normal = shading_normal(scene, &ray, &hit).as_dvec3();
+        lines.push(format!("normal    {}", vector(normal)));
     } else {
         lines.push("hit       nothing".into());
     }
@@ -79,6 +80,7 @@ mod tests {
         scene::SceneBuilder,
         viewer::{axis::Axis, pose::Pose},
     };
+    use glam::Vec3;
 
     /// From a mouse over a scene to the box that `f` frames.
     #[test]

@@ -17,6 +17,7 @@ use crate::{
     math::Aabb,
     render::{FrameStats, Mode, Progress, RenderError},
 };
+use glam::Vec3;
 use std::{
     ops::ControlFlow,
     sync::{
@@ -261,7 +262,7 @@ impl Session<'_> {
         boxes::draw(
             &mut canvas,
             &request.pose,
-            self.model.scene.origin(),
+            self.model.scene.world_point(Vec3::ZERO),
             all.iter().copied().step_by(stride),
             boxes::COLOR,
         );

@@ -27,6 +27,7 @@ mod layering;
 mod levels;
 mod lights;
 mod lines;
+mod map_coordinates;
 mod mesh_files;
 mod moving;
 mod normal_maps;

@@ -29,6 +29,7 @@ mod job;
 mod left_out;
 mod levels;
 mod limits;
+mod map_coordinates;
 mod merge;
 mod mesh_pictures;
 mod moving;

@@ -168,7 +168,8 @@ impl CameraOptions {
             Some(Orbit::Turn) => framed.fit_turning_around(&mesh.placed(), reach)?,
             Some(Orbit::Sphere) => framed.fit_sphere_around(&mesh.placed(), reach)?,
         };
-        let target = self.target.unwrap_or(fit.target);
+        // The mesh is relative to its offset, the camera is not.
+        let target = self.target.unwrap_or(fit.target + mesh.offset);
         let projection = if self.fits_ortho {
             Projection::Orthographic { height: fit.height }
         } else {

@@ -2,6 +2,7 @@
 
 use crate::{
     error::clip_path,
+    format::mesh::Coarse,
     math::Aabb,
     scene::{MeshFaults, Scene},
 };
@@ -31,15 +32,11 @@ pub fn of(scene: &Scene) -> Faults {
     }
 }
 
-/// The least number of steps of coordinates along a mesh: with fewer, smooth surfaces look like stairs.
-const LEAST_STEPS: f32 = 4000.0;
-
-/// A warning if a mesh is so far from 0 for its size that its coordinates are coarse, such as coordinates of a map in metres.
+/// A warning if a mesh is so far from 0 for its size that its coordinates are coarse, such as coordinates of a map in metres,
+/// and its file has no finer ones.
 pub fn coarse(path: &Path, bounds: &Aabb) -> Option<String> {
-    let size = (bounds.upper - bounds.lower).max_element();
-    let far = bounds.upper.abs().max(bounds.lower.abs()).max_element();
-    let step = (far.next_up() - far).min(f32::MAX);
-    (size > 0.0 && step * LEAST_STEPS > size).then(|| {
+    let coarse = Coarse::of(bounds).filter(|coarse| coarse.size > 0.0);
+    coarse.map(|Coarse { far, step, size }| {
         format!(
             "{}: its coordinates go up to {far}, where they are rounded to steps of {step}, but it is only {size} long: \
              subtract an offset from them",

@@ -123,6 +123,7 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
     }
     let up = mesh.up_axis.unwrap_or(loaded.up);
     let camera = plan.camera.for_mesh(&loaded, up, plan.aspect, mesh)?;
+    let offset = loaded.offset;
     let mut notes = std::mem::take(&mut loaded.notes);
     if mesh.up_axis.is_none() {
         notes.extend(loaded.up_note(path));
@@ -145,7 +146,7 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
     notes.extend(faults::coarse(path, &bounds));
     let up = up.vector();
     let lowest = [bounds.lower, bounds.upper].map(|corner| corner.as_dvec3().dot(up));
-    if mesh.ground && view.eye.dot(up) < lowest[0].min(lowest[1]) {
+    if mesh.ground && (view.eye - offset).dot(up) < lowest[0].min(lowest[1]) {
         notes.push(format!(
             "{}: the camera is below the ground, which hides the mesh: leave out --ground",
             clip_path(path)
@@ -206,6 +207,8 @@ pub fn load_bare(path: &Path, memory: u64, files: &mut Vec<PathBuf>) -> Result<S
     };
     let path = name(path);
     let mut builder = SceneBuilder::within(memory);
+    let with_offset = builder.set_offset(loaded.offset);
+    with_offset.map_err(|error| failed(path, &error))?;
     for note in std::mem::take(&mut loaded.notes) {
         builder.add_note(note);
     }

@@ -27,6 +27,8 @@ pub struct Stage {
 /// Places the lights of a mesh by the direction of the viewer.
 #[derive(Clone, Copy, Debug)]
 pub struct Rig {
+    /// What `center` and the scene are relative to.
+    offset: DVec3,
     center: DVec3,
     radius: f64,
     up: DVec3,
@@ -45,6 +47,7 @@ impl Rig {
         }
         let (center, radius) = sphere_around(&bounds);
         let rig = Self {
+            offset: loaded.offset,
             center,
             radius,
             up: stage.up,
@@ -59,6 +62,7 @@ impl Rig {
     /// [`SceneError`].
     pub fn lights(&self, towards_viewer: DVec3) -> Result<Scene, SceneError> {
         let mut builder = SceneBuilder::new();
+        builder.set_offset(self.offset)?;
         self.add_lights(towards_viewer, &mut builder)?;
         Ok(builder.finish())
     }
@@ -113,7 +117,7 @@ pub struct Built {
     pub scene: Scene,
     /// Lights the mesh for other viewers, unless the environment or its own lights do.
     pub rig: Option<Rig>,
-    /// Those of the mesh alone.
+    /// Those of the mesh alone, relative to its offset.
     pub bounds: Aabb,
 }
 
@@ -129,6 +133,9 @@ pub fn build(
 ) -> Result<Built, String> {
     let (rig, bounds) = Rig::of(&loaded, stage);
     let mut builder = SceneBuilder::within(memory);
+    builder
+        .set_offset(loaded.offset)
+        .map_err(|error| error.to_string())?;
     if let Some(environment) = environment {
         let set = builder.set_environment(Environment::Picture(environment));
         let scene = set.and_then(|()| furnished(loaded, stage, (&rig, &bounds), builder, true));

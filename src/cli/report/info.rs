@@ -4,6 +4,7 @@ use super::{
     SCHEMA, faults_text, grouped,
     lights::{LightInfo, lights},
     materials::{MaterialUse, materials_used},
+    positions::Positions,
 };
 use crate::{
     accel::BvhStats,
@@ -71,6 +72,9 @@ struct BackgroundInfo {
 #[derive(Debug, Serialize)]
 struct CameraInfo {
     name: Option<String>,
+    /// Eye and target as in the text.
+    #[serde(skip)]
+    rounded: [[f64; 3]; 2],
     eye: [f64; 3],
     target: [f64; 3],
     up: [f64; 3],
@@ -90,8 +94,8 @@ struct CameraInfo {
 
 #[derive(Debug, Serialize)]
 struct Bounds {
-    lower: [f32; 3],
-    upper: [f32; 3],
+    lower: [f64; 3],
+    upper: [f64; 3],
 }
 
 #[derive(Debug, Serialize)]
@@ -122,7 +126,7 @@ struct BvhInfo {
 impl Info {
     /// The contents of the scene called `name`.
     pub fn new(name: String, scene: &Scene, faults: MeshFaults, bvh: &BvhStats, load_time: Duration) -> Self {
-        let bounds = scene.bounds();
+        let (bounds, positions) = (scene.bounds(), Positions::of(scene));
         Self {
             schema: SCHEMA,
             scene: name,
@@ -149,7 +153,7 @@ impl Info {
                 .cameras()
                 .iter()
                 .chain(scene.mesh_cameras())
-                .map(CameraInfo::new)
+                .map(|camera| CameraInfo::new(camera, positions))
                 .collect(),
             includes: scene
                 .sources()
@@ -159,8 +163,8 @@ impl Info {
                 .collect(),
             notes: scene.sources().notes.clone(),
             bounds: (!bounds.is_empty()).then(|| Bounds {
-                lower: bounds.lower.to_array(),
-                upper: bounds.upper.to_array(),
+                lower: positions.within(bounds.lower),
+                upper: positions.within(bounds.upper),
             }),
             arrays: arrays(scene),
             scene_bytes: scene.memory_bytes(),
@@ -351,7 +355,7 @@ impl BackgroundInfo {
 }
 
 impl CameraInfo {
-    fn new(camera: &NamedCamera) -> Self {
+    fn new(camera: &NamedCamera, positions: Positions) -> Self {
         let view = camera.camera.view();
         let (fov, ortho) = match view.projection {
             Projection::Perspective { fov_degrees } => (Some(fov_degrees), None),
@@ -359,6 +363,7 @@ impl CameraInfo {
         };
         Self {
             name: camera.name.clone(),
+            rounded: [view.eye, view.target].map(|point| positions.rounded(point)),
             eye: view.eye.to_array(),
             target: view.target.to_array(),
             up: view.up.to_array(),
@@ -376,8 +381,8 @@ impl CameraInfo {
             .map_or_else(String::new, |name| format!("\"{}\" ", clip(name)));
         let mut text = format!(
             "{name}eye {} target {} up {}",
-            list(rounded(self.eye)),
-            list(rounded(self.target)),
+            list(self.rounded[0]),
+            list(self.rounded[1]),
             list(rounded(self.up)),
         );
         for (key, value) in [
@@ -394,7 +399,7 @@ impl CameraInfo {
     }
 }
 
-/// Cameras of meshes are made of `f32`: more digits would be noise.
+/// Directions of meshes' cameras are made of `f32`: more digits would be noise.
 fn rounded(vector: [f64; 3]) -> [f32; 3] {
     vector.map(|number| number as f32)
 }

@@ -1,13 +1,13 @@
 //! The lights of a scene, as statements of the scene language and as JSON.
 
-use super::info::list;
+use super::{info::list, positions::Positions};
 use crate::scene::{Light, LightShape, Scene};
 use serde::Serialize;
 
 #[derive(Debug, Serialize)]
 pub(super) struct LightInfo {
     /// `null` for directional lights, like other fields that do not apply.
-    position: Option<[f32; 3]>,
+    position: Option<[f64; 3]>,
     intensity: f32,
     color: [f32; 3],
     /// 0 for all but spheres.
@@ -30,9 +30,13 @@ struct SpotInfo {
 }
 
 pub(super) fn lights(scene: &Scene) -> Vec<LightInfo> {
+    let positions = Positions::of(scene);
     let one = |light: &Light| {
         let mut info = LightInfo {
-            position: light.shape.position().map(|p| (p + scene.origin()).to_array()),
+            position: light
+                .shape
+                .position()
+                .map(|p| positions.within(p + scene.origin())),
             intensity: light.intensity,
             color: light.color,
             radius: 0.0,

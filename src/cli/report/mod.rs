@@ -6,6 +6,7 @@ pub mod info;
 mod lights;
 mod materials;
 mod message;
+mod positions;
 mod progress;
 mod stats;
 mod text;

@@ -11,7 +11,7 @@ use crate::{
     math::Aabb,
     ray::{InstanceId, PrimitiveId},
     render::{Aov, Aovs, ByteFilm, Settings, Transfer, nearest_byte, quantize},
-    scene::{Camera, Projection},
+    scene::{Camera, Projection, Scene},
 };
 use glam::Vec3;
 use serde::Serialize;
@@ -68,10 +68,12 @@ pub struct DepthRange {
 
 impl DepthRange {
     /// As seen by `camera`.
-    pub fn of(bounds: Aabb, camera: &Camera) -> Self {
-        match camera.view().projection {
-            Projection::Perspective { .. } => Self::from(bounds, camera.eye()),
-            Projection::Orthographic { .. } => Self::along(bounds, camera.eye(), camera.forward()),
+    pub fn of(scene: &Scene, camera: &Camera) -> Self {
+        let view = camera.view();
+        let (bounds, eye) = (scene.bounds(), (view.eye - scene.offset()).as_vec3());
+        match view.projection {
+            Projection::Perspective { .. } => Self::from(bounds, eye),
+            Projection::Orthographic { .. } => Self::along(bounds, eye, camera.forward()),
         }
     }
 

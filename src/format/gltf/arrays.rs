@@ -32,6 +32,8 @@ pub(super) struct Arrays {
     pub(super) odd_uvs: usize,
     /// How many colours were not from 0 to 1.
     pub(super) clamped: usize,
+    /// How far from 0 the vertices are before they are moved, but scaled.
+    pub(super) reach: f32,
 }
 
 impl Arrays {
@@ -112,8 +114,10 @@ impl Arrays {
     fn positions(&mut self, shape: &Shape<'_>, world: &DMat4) -> Result<(), (usize, SceneError)> {
         let columns = &mut self.columns;
         let is_identity = *world == DMat4::IDENTITY;
+        let mut reach = 0.0_f32;
         for i in shape.used() {
             let position = shape.positions.vector(i);
+            reach = position.iter().fold(reach, |reach, x| reach.max(x.abs()));
             let position = if is_identity {
                 position
             } else {
@@ -125,6 +129,7 @@ impl Arrays {
             };
             add_position(columns, position).map_err(|error| (i, error))?;
         }
+        self.reach = self.reach.max(reach * scale(world));
         Ok(())
     }
 
@@ -201,6 +206,12 @@ impl Arrays {
             ranges.peek().is_some_and(|range| range.contains(&i))
         })
     }
+}
+
+/// The largest factor by which an axis is scaled.
+pub(super) fn scale(world: &DMat4) -> f32 {
+    let axes = [world.x_axis, world.y_axis, world.z_axis];
+    axes.map(DVec4::length).into_iter().fold(0.0, f64::max) as f32
 }
 
 /// How much room shapes take, as far as that is known without reading them.

@@ -23,6 +23,7 @@ mod nodes;
 mod normal_maps;
 mod shapes;
 mod sharing;
+mod translations;
 mod transmission;
 
 use super::place::{BYTE_ORDER_MARK, is_utf16};
@@ -111,13 +112,14 @@ pub(super) fn parse(
     let [unsupported, several] = materials::unsupported_textures(&root);
     let lights = lights::PunctualLights::of(json);
     let instancing = instancing::Instancing::of(json, path)?;
+    let translations = translations::Translations::of(json, budget.offset());
     let document = document(root, path)?;
     let compression = Compression::of(json, path, &document)?;
     let transforms = normal_maps::Transforms::of(json);
     let materials = materials::materials(&document, &webp, &transforms);
     let mut buffers = Buffers::new(path, bytes.len(), blob, open, &compression, budget);
     let mut reading = nodes::Reading::new(lights, is_cloud);
-    reading.scene(&document, &materials, &instancing, &mut buffers)?;
+    reading.scene(&document, &materials, (&instancing, &translations), &mut buffers)?;
     left_out.count(reading.punctual.left_out, "light", "lights");
     left_out.count(reading.cameras_left_out, "camera", "cameras");
     left_out.count(

@@ -4,13 +4,14 @@
 //! is refused at once, or stores it once.
 
 use super::{
-    arrays::{Arrays, COLORED, NO_SURFACE, Room},
+    arrays::{Arrays, COLORED, NO_SURFACE, Room, scale},
     buffers::Buffers,
     instancing::{Instances, Instancing},
     lights::PunctualLights,
     materials::Shown,
     shapes::{Shape, shapes_of},
     sharing,
+    translations::Translations,
 };
 use crate::{
     error::{LoadError, SceneError},
@@ -23,13 +24,14 @@ use crate::{
     },
     scene::{INSTANCE_BYTES, Light, MAX_INSTANCES, Placing, Projection, Transform, check_memory},
 };
-use glam::DMat4;
+use glam::{DMat4, DVec3};
 use gltf::Document;
 use std::path::Path;
 
 /// A node with a mesh, a camera or a light, and its transform.
 struct Placement<'a> {
     node: usize,
+    /// Relative to the offset of the file.
     world: DMat4,
     /// The instances of its mesh; `None` for a single placement.
     instances: Option<Instances<'a>>,
@@ -105,10 +107,10 @@ impl Reading {
         &mut self,
         document: &Document,
         materials: &[Shown],
-        instancing: &Instancing,
+        placed: (&Instancing, &Translations),
         buffers: &mut Buffers<'_>,
     ) -> Result<(), LoadError> {
-        let placements = placements(document, &self.punctual, instancing, buffers)?;
+        let placements = placements(document, &self.punctual, placed, buffers)?;
         check_instances(&placements, buffers)?;
         let mut meshes: Vec<Option<ReadMesh<'_>>> = document.meshes().map(|_| None).collect();
         let node_of = |placement: &Placement<'_>| document.nodes().nth(placement.node);
@@ -148,9 +150,11 @@ impl Reading {
                 .place(placement.node, &placement.world, &mut self.lights);
             if let Some(camera) = node.camera() {
                 let name = camera.name().or(node.name()).unwrap_or_default();
-                self.camera(name, camera.projection(), &placement.world);
+                let offset = buffers.budget().offset().vector();
+                self.camera(name, camera.projection(), &placement.world, offset);
             }
         }
+        buffers.budget().add_single_reach(self.baked.reach);
         Ok(())
     }
 
@@ -287,7 +291,10 @@ impl Reading {
         };
         let transform = Transform::from_rows([0, 1, 2].map(|i| world.row(i).to_array()));
         match placing.check(&transform) {
-            Ok(()) => part.placements.push(transform),
+            Ok(()) => {
+                self.baked.reach = self.baked.reach.max(part.arrays.reach * scale(world));
+                part.placements.push(transform);
+            }
             Err(SceneError::Flat) if transform.collapses() => self.collapsed += 1,
             // Flat shapes are visible, but rays cannot be transformed by a singular matrix.
             Err(SceneError::Flat) => {
@@ -305,13 +312,13 @@ impl Reading {
         Ok(true)
     }
 
-    fn camera(&mut self, name: &str, projection: gltf::camera::Projection<'_>, world: &DMat4) {
+    fn camera(&mut self, name: &str, projection: gltf::camera::Projection<'_>, world: &DMat4, offset: DVec3) {
         if self.cameras.len() >= MAX_CAMERAS {
             self.cameras_left_out += 1;
             return;
         }
         // Cameras look along -z.
-        let eye = world.w_axis.truncate();
+        let eye = world.w_axis.truncate() + offset;
         let (forward, up) = (-world.z_axis.truncate(), world.y_axis.truncate());
         self.cameras.push(MeshCamera {
             name: camera_name(name),
@@ -428,7 +435,7 @@ fn check_instances(placements: &[Placement<'_>], buffers: &Buffers<'_>) -> Resul
 fn placements<'a>(
     document: &Document,
     punctual: &PunctualLights,
-    instancing: &Instancing,
+    (instancing, translations): (&Instancing, &Translations),
     buffers: &mut Buffers<'a>,
 ) -> Result<Vec<Placement<'a>>, LoadError> {
     let count = document.nodes().len();
@@ -446,6 +453,7 @@ fn placements<'a>(
     let mut placements = Vec::new();
     // The transforms of nodes that have children; the first is the world's.
     let mut parents = vec![DMat4::IDENTITY];
+    let offset = buffers.budget().offset();
     // A stack of nodes with their parents: children pushed in reverse come out in order.
     let mut waiting: Vec<(usize, usize)> = roots.into_iter().rev().map(|node| (node, 0)).collect();
     while let Some((i, parent)) = waiting.pop() {
@@ -456,16 +464,21 @@ fn placements<'a>(
             return Err(buffers.refused(format!("nodes[{i}] has two parents or contains itself")));
         }
         let columns = node.transform().matrix();
-        let local = DMat4::from_cols_array_2d(&columns.map(|column| column.map(f64::from)));
+        let mut local = DMat4::from_cols_array_2d(&columns.map(|column| column.map(f64::from)));
+        if let Some(translation) = translations.of_node(i) {
+            local.w_axis = translation.extend(1.0);
+        }
         let world = parents[parent] * local;
         if node.mesh().is_some() || node.camera().is_some() || punctual.is_at(i) {
             let instances = match node.mesh() {
                 Some(_) => instancing.at(i, document, buffers)?,
                 None => None,
             };
+            let mut placed = world;
+            placed.w_axis -= offset.vector().extend(0.0);
             placements.push(Placement {
                 node: i,
-                world,
+                world: placed,
                 instances,
             });
         }

@@ -54,7 +54,8 @@ impl LoadedMesh {
 
     /// Adds the mesh, or the spheres and tubes of its points and lines, to a scene: with only `material` if given, else with
     /// its own surfaces and colours. Without surfaces it is [`Surface::WHITE`] if there are colours, else
-    /// [`Surface::NEUTRAL`]. Shared parts become prototypes and instances.
+    /// [`Surface::NEUTRAL`]. Shared parts become prototypes and instances. If the scene has another offset than the mesh, all
+    /// is moved and rounded to `f32` first: [`SceneBuilder::set_offset`] avoids that.
     ///
     /// # Errors
     /// [`SceneError`], as for [`SceneBuilder::add_mesh`], [`SceneBuilder::add_spheres`] and
@@ -64,6 +65,7 @@ impl LoadedMesh {
         builder: &mut SceneBuilder,
         material: Option<MaterialId>,
     ) -> Result<(), SceneError> {
+        self.move_offset(builder.offset());
         builder.add_texture_files(std::mem::take(&mut self.texture_files));
         let ids = if let Some(material) = material {
             self.leave_out_colors();

@@ -10,7 +10,7 @@ pub struct SharedMesh {
     pub columns: TriangleMesh,
     /// An index into [`LoadedMesh::surfaces`] for each triangle; empty if the mesh has no surfaces.
     pub surface_of: Vec<u32>,
-    /// Its placements, in the file's coordinates. Each of them can place an instance.
+    /// Its placements, in the file's coordinates less [`LoadedMesh::offset`]. Each of them can place an instance.
     pub placements: Vec<Transform>,
 }
 

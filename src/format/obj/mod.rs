@@ -24,6 +24,7 @@ use super::{
         Cloud, LoadedMesh, MeshFormat, Surface, Unusable, UpAxis, UpSource, clamp_colors, clamped_note,
         usable_normal,
     },
+    offset::Offset,
     place::{TextFault, Words, after_mark, refuse_binary},
     textures::Images,
 };
@@ -232,7 +233,7 @@ impl<'b> Obj<'b> {
         match keyword {
             b"v" => {
                 let names = ["x", "y", "z"];
-                let (position, places) = vector(&mut words, &place, names)?;
+                let (position, places) = vector(&mut words, &place, names, self.budget.offset())?;
                 let [x, y, z] = position;
                 if let Some(i) = position.iter().position(|&value| !is_usable(value)) {
                     self.unusable.count += 1;
@@ -253,7 +254,7 @@ impl<'b> Obj<'b> {
                 self.colors.read(&mut words, self.x.len() - 1, self.budget)?;
             }
             b"vn" => {
-                let (normal, _) = vector(&mut words, &place, ["nx", "ny", "nz"])?;
+                let (normal, _) = vector(&mut words, &place, ["nx", "ny", "nz"], Offset::NONE)?;
                 self.budget.reserve(&mut self.normals, 1)?;
                 self.normals.push(usable_normal(normal, &mut self.odd_normals));
             }
@@ -435,19 +436,20 @@ fn name<'a>(words: &Words<'a>) -> &'a [u8] {
     words.text(words.rest())
 }
 
-/// Three numbers and their places.
+/// Three numbers, less an offset, and their places.
 fn vector(
     words: &mut Words<'_>,
     keyword: &Range<usize>,
     names: [&'static str; 3],
+    offset: Offset,
 ) -> Result<([f32; 3], [Range<usize>; 3]), TextFault> {
     let (mut vector, mut places) = ([0.0; 3], [0..0, 0..0, 0..0]);
-    for ((value, of), what) in vector.iter_mut().zip(&mut places).zip(names) {
+    for (axis, ((value, of), what)) in vector.iter_mut().zip(&mut places).zip(names).enumerate() {
         let Some((word, place)) = words.next() else {
             let message = format!("the line ends before `{what}`, expected three numbers");
             return Err(TextFault::new(keyword.start..words.rest().end, message));
         };
-        *value = fast_float2::parse(word).map_err(|_| {
+        *value = offset.parse(axis, word).map_err(|_| {
             let message = format!("`{what}` is {}, expected a number", quote(word));
             TextFault::new(place.clone(), message)
         })?;

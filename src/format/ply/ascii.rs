@@ -85,6 +85,10 @@ impl Values for Text<'_> {
         self.next_text()?.parse().map_err(|_| Wrong::NotANumber)
     }
 
+    fn double(&mut self, _scalar: ScalarType) -> Result<f64, Wrong> {
+        self.next_text()?.parse().map_err(|_| Wrong::NotANumber)
+    }
+
     fn whole(&mut self, scalar: ScalarType) -> Result<i64, Wrong> {
         let text = self.next_text()?;
         if let Ok(whole) = text.parse() {

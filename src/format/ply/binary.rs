@@ -93,6 +93,14 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
         })
     }
 
+    fn double(&mut self, scalar: ScalarType) -> Result<f64, Wrong> {
+        Ok(match scalar {
+            ScalarType::F32 => from_bytes!(f32, self.take()?).into(),
+            ScalarType::F64 => from_bytes!(f64, self.take()?),
+            _ => self.whole(scalar)? as f64,
+        })
+    }
+
     #[inline]
     fn whole(&mut self, scalar: ScalarType) -> Result<i64, Wrong> {
         Ok(match scalar {

@@ -9,7 +9,7 @@ use super::{
     slots::{COLOR_SLOT, SLOTS, UV_SLOT},
 };
 use crate::{
-    format::{budget::Budget, polygon::Fans, source::Pieces},
+    format::{budget::Budget, offset::Offset, polygon::Fans, source::Pieces},
     scene::{TriangleMesh, is_usable},
 };
 use glam::Vec3;
@@ -135,7 +135,7 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
         uv,
         alpha,
     } = layout;
-    let is_translucent = AtomicBool::new(false);
+    let (is_translucent, offset) = (AtomicBool::new(false), faces.budget.offset());
     if end > source.length() {
         return Ok(None);
     }
@@ -151,13 +151,18 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
         .enumerate()
         .try_for_each_init(Vec::new, |buffer, (i, piece)| {
             let records = source.piece(at + i * PIECE * stride, piece.x.len() * stride, buffer)?;
-            let to_columns = triples::<BIG_ENDIAN>(records, stride, position, |i, [px, py, pz]| {
+            let put = |i: usize, [px, py, pz]: [f32; 3]| {
                 if let (Some(x), Some(y), Some(z)) =
                     (piece.x.get_mut(i), piece.y.get_mut(i), piece.z.get_mut(i))
                 {
                     (*x, *y, *z) = (px, py, pz);
                 }
-            });
+            };
+            let to_columns = if offset.is_none() {
+                triples::<BIG_ENDIAN>(records, stride, position, put)
+            } else {
+                relative_triples::<BIG_ENDIAN>(records, stride, position, offset, put)
+            };
             let normals_too = normal.is_none_or(|normal| {
                 triples::<BIG_ENDIAN>(records, stride, normal, |i, normal| {
                     if let Some(to) = piece.normals.get_mut(i) {
@@ -276,6 +281,41 @@ fn triples<const BIG_ENDIAN: bool>(
         }
     }
     usable
+}
+
+/// As [`triples`], relative to an offset.
+fn relative_triples<const BIG_ENDIAN: bool>(
+    records: &[u8],
+    stride: usize,
+    parts: [Part; 3],
+    offset: Offset,
+    mut put: impl FnMut(usize, [f32; 3]),
+) -> bool {
+    let mut records = records.chunks_exact(stride).enumerate();
+    records.all(|(i, record)| {
+        let value = |axis: usize| offset.relative(axis, double::<BIG_ENDIAN>(record, parts[axis]));
+        let triple = [value(0), value(1), value(2)];
+        put(i, triple);
+        triple.into_iter().all(is_usable)
+    })
+}
+
+/// As [`number`], not rounded to `f32`.
+fn double<const BIG_ENDIAN: bool>(record: &[u8], (offset, scalar): Part) -> f64 {
+    let bytes = record.get(offset..).unwrap_or_default();
+    macro_rules! read {
+        ($type:ty) => {
+            bytes
+                .first_chunk()
+                .map_or(f64::NAN, |&bytes| from_bytes!($type, bytes).into())
+        };
+    }
+    match scalar {
+        ScalarType::I32 => read!(i32),
+        ScalarType::U32 => read!(u32),
+        ScalarType::F64 => read!(f64),
+        _ => number::<BIG_ENDIAN>(record, (offset, scalar)).into(),
+    }
 }
 
 /// A number of any type; NaN if the record is too short.

@@ -7,10 +7,10 @@ use super::{
     faces::{Faces, upper_left},
     header::{Element, Step, color_scale},
     rows::{Fault, reserve, zeroed},
-    slots::{COLOR_SLOT, SLOTS, UV_SLOT},
+    slots::{COLOR_SLOT, NORMAL_SLOT, SLOTS, UV_SLOT},
 };
 use crate::{
-    format::budget::Budget,
+    format::{budget::Budget, offset::Offset},
     scene::{TriangleMesh, is_usable},
 };
 use glam::Vec3;
@@ -27,7 +27,7 @@ pub(super) fn vertices(
     mesh: &mut TriangleMesh,
     faces: &mut Faces<'_>,
 ) -> Result<bool, Fault> {
-    let count = element.count;
+    let (count, offset) = (element.count, faces.budget.offset());
     let alpha = element.alpha();
     let slot = |(i, step): (usize, &Step)| match *step {
         Step::Keep { slot, .. } => slot,
@@ -54,7 +54,8 @@ pub(super) fn vertices(
     let parts: Vec<_> = blocks.iter().map(|block| block.text).zip(pieces).collect();
     let read = parts.into_par_iter().try_for_each(|(mut rest, piece)| {
         for (i, ((x, y), z)) in piece.x.iter_mut().zip(piece.y).zip(piece.z).enumerate() {
-            let [px, py, pz, nx, ny, nz, red, green, blue, u, v, _, alpha] = vertex(&mut rest, &slots)?;
+            let [px, py, pz, nx, ny, nz, red, green, blue, u, v, _, alpha] =
+                vertex(&mut rest, &slots, offset)?;
             if opaque.is_some_and(|opaque| alpha != opaque) {
                 is_translucent.store(true, Ordering::Relaxed);
             }
@@ -222,10 +223,14 @@ const ALPHA: usize = SLOTS + 1;
 
 /// Reads a line that holds one vertex and nothing else; returns its numbers by slot.
 #[inline]
-fn vertex(rest: &mut &[u8], slots: &[usize]) -> Option<[f32; ALPHA + 1]> {
+fn vertex(rest: &mut &[u8], slots: &[usize], offset: Offset) -> Option<[f32; ALPHA + 1]> {
     let mut kept = [0.0; ALPHA + 1];
     for &slot in slots {
-        let value = real(rest)?;
+        let value = if slot < NORMAL_SLOT && !offset.is_none() {
+            offset.relative(slot, number(rest)?)
+        } else {
+            number(rest)?
+        };
         if slot < COLOR_SLOT && !is_usable(value) || slot < SLOTS && !value.is_finite() {
             return None;
         }
@@ -312,7 +317,7 @@ fn length(blocks: &[Block<'_>]) -> usize {
 }
 
 fn pass_numbers(rest: &mut &[u8], count: usize) -> Option<()> {
-    (0..count).try_for_each(|_| real(rest).map(|_| ()))
+    (0..count).try_for_each(|_| number::<f32>(rest).map(|_| ()))
 }
 
 fn pass_blanks(line: &mut &[u8]) {
@@ -326,7 +331,7 @@ fn is_word_end(rest: &[u8]) -> bool {
     matches!(rest.first(), None | Some(b' ' | b'\t' | b'\r' | b'\n'))
 }
 
-fn real(line: &mut &[u8]) -> Option<f32> {
+fn number<T: fast_float2::FastFloat>(line: &mut &[u8]) -> Option<T> {
     pass_blanks(line);
     let (value, length) = fast_float2::parse_partial(*line).ok()?;
     *line = line.get(length..)?;

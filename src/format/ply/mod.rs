@@ -41,9 +41,10 @@ use crate::{error::LoadError, scene::TriangleMesh};
 use ascii::Text;
 use binary::Binary;
 use faces::Faces;
-use header::Header;
+use header::{Header, Role, Step};
 use rows::{Fault, Place};
-use serde_ply::PlyFormat;
+use serde_ply::{PlyFormat, ScalarType};
+use slots::NORMAL_SLOT;
 use std::{
     io,
     path::{Path, PathBuf},
@@ -128,6 +129,9 @@ fn read_values<'b>(
     if !shows_colors {
         header.skip_colors();
     }
+    if is_single(&header) {
+        budget.add_single_reach(f32::MAX);
+    }
     let read = match header.format {
         PlyFormat::Ascii => rows::read_all(&header, &mut Text::new(bytes, header.body), budget),
         PlyFormat::BinaryLittleEndian => {
@@ -168,6 +172,9 @@ fn read_pieces<'b>(
     if !shows_colors {
         header.skip_colors();
     }
+    if is_single(&header) {
+        budget.add_single_reach(f32::MAX);
+    }
     let read = match header.format {
         PlyFormat::Ascii => Ok(None),
         PlyFormat::BinaryLittleEndian => fixed::read_all::<false>(&header, file, budget),
@@ -206,6 +213,19 @@ fn finish(
     let mut mesh = finished.map_err(|error| error.into_error(name))?;
     mesh.keep_used(unusable, name, budget)?;
     Ok(mesh)
+}
+
+/// Whether all coordinates fit into `f32` without rounding.
+fn is_single(header: &Header) -> bool {
+    let vertices = header.needed().filter(|element| element.role == Role::Vertex);
+    let mut steps = vertices.flat_map(|element| &element.steps);
+    !matches!(header.format, PlyFormat::Ascii)
+        && steps.all(|step| match *step {
+            Step::Keep { slot, scalar } if slot < NORMAL_SLOT => {
+                !matches!(scalar, ScalarType::F64 | ScalarType::I32 | ScalarType::U32)
+            }
+            _ => true,
+        })
 }
 
 /// Adds the place of a fault.

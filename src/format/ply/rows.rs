@@ -12,6 +12,7 @@ use crate::{
     format::{
         budget::{Budget, BudgetError},
         mesh::{Unusable, usable_normal},
+        offset::Offset,
     },
     scene::{TriangleMesh, is_usable},
 };
@@ -70,6 +71,8 @@ pub(super) trait Values {
 
     /// The next number.
     fn real(&mut self, scalar: ScalarType) -> Result<f32, Wrong>;
+    /// The next number, not rounded to `f32`.
+    fn double(&mut self, scalar: ScalarType) -> Result<f64, Wrong>;
     /// The next number, which must be an integer.
     fn whole(&mut self, scalar: ScalarType) -> Result<i64, Wrong>;
     /// Skips numbers.
@@ -153,7 +156,7 @@ fn read_vertices<V: Values>(
     }
     budget.give_back_to(before);
     reserve_vertices(element, header, mesh, budget)?;
-    let alpha = element.alpha();
+    let (alpha, offset) = (element.alpha(), budget.offset());
     for record in 1..=element.count {
         let start = values.begin_record();
         let mut kept = [0.0; SLOTS];
@@ -167,7 +170,7 @@ fn read_vertices<V: Values>(
             match *step {
                 Step::Keep { slot, scalar } => {
                     if let Some(kept) = kept.get_mut(slot) {
-                        *kept = vertex_number(slot, scalar, values, &at, &mut faces.unusable)?;
+                        *kept = vertex_number((slot, offset), scalar, values, &at, &mut faces.unusable)?;
                     }
                 }
                 Step::Skip(scalar) if alpha == Some(step_i) => {
@@ -209,7 +212,7 @@ fn read_vertices<V: Values>(
 /// The number of a vertex for this slot. Positions and normals may be NaN or too large.
 #[inline]
 fn vertex_number<V: Values>(
-    slot: usize,
+    (slot, offset): (usize, Offset),
     scalar: ScalarType,
     values: &mut V,
     at: &At<'_>,
@@ -218,7 +221,12 @@ fn vertex_number<V: Values>(
     if slot >= UV_SLOT {
         return uv_number(scalar, values, at);
     }
-    let value = values.real(scalar).map_err(|wrong| at.wrong(values, wrong))?;
+    let value = if slot < NORMAL_SLOT && !offset.is_none() {
+        values.double(scalar).map(|value| offset.relative(slot, value))
+    } else {
+        values.real(scalar)
+    };
+    let value = value.map_err(|wrong| at.wrong(values, wrong))?;
     let is_color = slot >= COLOR_SLOT;
     if is_color && !value.is_finite() {
         return Err(at.unusable(values, slot, value));

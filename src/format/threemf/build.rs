@@ -12,6 +12,7 @@ use crate::{
     format::{
         budget::BudgetError,
         mesh::most_triangles,
+        offset::Offset,
         place::TextFault,
         vertices::{NONE, add_position},
     },
@@ -274,7 +275,7 @@ impl<'a> Building<'a> {
         match &object.shape {
             Shape::Mesh(mesh) => {
                 let base = self.columns.x.len() as u32;
-                let placed = add_positions(&mut self.columns, mesh, &world);
+                let placed = add_positions(&mut self.columns, mesh, &world, self.package.budget().offset());
                 if let Err((vertex, error)) = placed {
                     let message = format!("vertex {vertex} of object {}: {error}", key.1);
                     return Err(self.fault(at.0, at.1.clone(), message));
@@ -336,14 +337,17 @@ fn add_positions(
     columns: &mut TriangleMesh,
     mesh: &Mesh,
     world: &DAffine3,
+    offset: Offset,
 ) -> Result<(), (usize, SceneError)> {
-    let is_identity = *world == DAffine3::IDENTITY;
+    let is_identity = *world == DAffine3::IDENTITY && offset.is_none();
+    let (own, offset) = (mesh.offset.vector(), offset.vector());
     for (i, position) in mesh.positions.iter().enumerate() {
         let position = if is_identity {
             *position
         } else {
-            let position = DVec3::from_array(position.map(f64::from));
-            world.transform_point3(position).as_vec3().to_array()
+            let position = own + DVec3::from_array(position.map(f64::from));
+            let placed = world.transform_point3(position) - offset;
+            placed.as_vec3().to_array()
         };
         add_position(columns, position).map_err(|error| (i, error))?;
     }

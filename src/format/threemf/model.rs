@@ -10,6 +10,7 @@ use crate::{
     error::{SceneError, quote},
     format::{
         budget::{Budget, BudgetError},
+        offset::Offset,
         place::{TextFault, Words},
         vertices::{NONE, Vertices},
     },
@@ -88,7 +89,11 @@ pub(super) struct Reference {
 /// Triangles of one object.
 #[derive(Default)]
 pub(super) struct Mesh {
+    /// Relative to `offset`.
     pub(super) positions: Vec<[f32; 3]>,
+    /// None, unless the whole file is read relative to one; then the first vertex, since objects are moved when they are
+    /// placed.
+    pub(super) offset: Offset,
     pub(super) triangles: Vec<[u32; 3]>,
     /// The surface of each triangle.
     pub(super) surface_of: Vec<u32>,
@@ -262,23 +267,11 @@ impl<'b> Reader<'_, 'b> {
     fn vertices(&mut self, mesh: &mut Mesh) -> Result<(), TextFault> {
         while let Some(tag) = self.xml.child()? {
             if tag.name() == b"vertex" {
-                let mut position = [None; 3];
-                for attribute in tag.attributes() {
-                    let attribute = attribute?;
-                    let (axis, what) = match attribute.name {
-                        b"x" => (0, "x"),
-                        b"y" => (1, "y"),
-                        b"z" => (2, "z"),
-                        _ => continue,
-                    };
-                    position[axis] = Some(attribute.coordinate(what)?);
+                let mut position = position(&tag, mesh.offset)?;
+                if mesh.positions.is_empty() && !self.budget.offset().is_none() {
+                    mesh.offset = Offset::new(DVec3::from_array(position.map(f64::from)));
+                    position = self::position(&tag, mesh.offset)?;
                 }
-                let [x, y, z] = position;
-                let position = [
-                    x.ok_or_else(|| tag.lacks("x"))?,
-                    y.ok_or_else(|| tag.lacks("y"))?,
-                    z.ok_or_else(|| tag.lacks("z"))?,
-                ];
                 self.budget.reserve(&mut mesh.positions, 1)?;
                 mesh.positions.push(position);
             }
@@ -319,6 +312,27 @@ impl<'b> Reader<'_, 'b> {
         }
         Ok(())
     }
+}
+
+/// The position of a vertex, less an offset.
+fn position(tag: &Tag<'_>, offset: Offset) -> Result<[f32; 3], TextFault> {
+    let mut position = [None; 3];
+    for attribute in tag.attributes() {
+        let attribute = attribute?;
+        let axis = match attribute.name {
+            b"x" => 0,
+            b"y" => 1,
+            b"z" => 2,
+            _ => continue,
+        };
+        position[axis] = Some(attribute.coordinate(axis, offset)?);
+    }
+    let [x, y, z] = position;
+    Ok([
+        x.ok_or_else(|| tag.lacks("x"))?,
+        y.ok_or_else(|| tag.lacks("y"))?,
+        z.ok_or_else(|| tag.lacks("z"))?,
+    ])
 }
 
 /// The attributes of a triangle.

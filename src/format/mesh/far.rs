@@ -1,0 +1,162 @@
+//! Meshes far from 0, such as those in the coordinates of a map: `f32` would round them in steps that show.
+//!
+//! ```text
+//! read as f32 ── bounds: coarse? ── no: done, as nearly always
+//!                    └─ yes: forget the arrays, read again relative to an offset, in f64 ── finer than f32?
+//!                                                               no: as read at first ──────────┘
+//! ```
+
+use super::{
+    super::{budget::Budget, offset::Offset},
+    LoadedMesh,
+};
+use crate::{
+    error::LoadError,
+    math::Aabb,
+    scene::{Image, PlacedMesh, Transform, TriangleMesh, origin_of},
+};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// The least number of steps of coordinates along a mesh: with fewer, smooth surfaces look like stairs.
+const LEAST_STEPS: f32 = 4000.0;
+
+/// The fewest coordinates that are worth another thread.
+const MIN_PIECE: usize = 1 << 14;
+
+/// Coordinates so far from 0 for their extent that `f32` is coarse.
+pub(crate) struct Coarse {
+    /// The largest coordinate.
+    pub(crate) far: f32,
+    /// The distance between two neighbouring values of `f32` there.
+    pub(crate) step: f32,
+    /// The longest side of the box.
+    pub(crate) size: f32,
+}
+
+impl Coarse {
+    /// Returns `None` if `f32` is fine enough for everything in these bounds.
+    pub(crate) fn of(bounds: &Aabb) -> Option<Self> {
+        let size = (bounds.upper - bounds.lower).max_element();
+        let far = bounds.upper.abs().max(bounds.lower.abs()).max_element();
+        let step = step_at(far);
+        (size >= 0.0 && step * LEAST_STEPS > size).then_some(Self { far, step, size })
+    }
+}
+
+/// The distance between two neighbouring values of `f32`.
+fn step_at(value: f32) -> f32 {
+    (value.next_up() - value).min(f32::MAX)
+}
+
+/// Reads a mesh, and again relative to an offset if its coordinates are coarse and its file may have finer ones.
+pub(in crate::format) fn read(
+    budget: &Budget,
+    mut read: impl FnMut() -> Result<LoadedMesh, LoadError>,
+) -> Result<LoadedMesh, LoadError> {
+    let before = budget.taken();
+    let mut first = read()?;
+    let Some(offset) = offset_of(&first, budget.single_reach()) else {
+        return Ok(first);
+    };
+    // Its images and notes stay; its arrays are freed before others are made.
+    first.columns = TriangleMesh::default();
+    (first.shared, first.surface_of, first.cloud) = Default::default();
+    budget.give_back_to(before);
+    let images = first.images.iter().map(|image| Image::bytes(image.size()));
+    // They were within the budget.
+    let _ = budget.take(images.sum());
+    if !first.images.is_empty() {
+        budget.set_wants_images(false);
+    }
+    budget.set_offset(Offset::new(offset));
+    let mut mesh = LoadedMesh {
+        surfaces: first.surfaces,
+        images: first.images,
+        notes: first.notes,
+        texture_files: first.texture_files,
+        offset,
+        ..read()?
+    };
+    if !mesh.is_finer_than_single() {
+        mesh.move_offset(DVec3::ZERO);
+    }
+    Ok(mesh)
+}
+
+/// The offset of a mesh that is coarse: the middle of its box on the axes on which that is far from 0. `None` if its file has
+/// `f32` that are coarse themselves, so far from 0.
+fn offset_of(mesh: &LoadedMesh, single_reach: f32) -> Option<DVec3> {
+    let bounds = PlacedMesh::bounds(&mesh.placed());
+    // Points that coincide are no mesh whose parts have been rounded away.
+    let is_point = |coarse: &Coarse| coarse.size == 0.0 && mesh.cloud.is_some();
+    let coarse = Coarse::of(&bounds).filter(|coarse| !is_point(coarse))?;
+    let own = step_at(single_reach);
+    if own >= coarse.step || own * LEAST_STEPS > coarse.size && coarse.size > 0.0 {
+        return None;
+    }
+    Some(origin_of(bounds).as_dvec3()).filter(|offset| *offset != DVec3::ZERO)
+}
+
+impl LoadedMesh {
+    /// Makes the coordinates relative to another offset, and rounds them to `f32`: with 0 they are those of the file. Cameras
+    /// have the file's coordinates always.
+    pub fn move_offset(&mut self, offset: DVec3) {
+        let by = self.offset - offset;
+        self.offset = offset;
+        if by == DVec3::ZERO {
+            return;
+        }
+        let columns = [&mut self.columns.x, &mut self.columns.y, &mut self.columns.z];
+        for (column, by) in columns.into_iter().zip(by.to_array()) {
+            let values = column.par_iter_mut().with_min_len(MIN_PIECE);
+            values.for_each(|value| *value = (f64::from(*value) + by) as f32);
+        }
+        for placement in self.shared.iter_mut().flat_map(|part| &mut part.placements) {
+            *placement = placement.then_translate(by);
+        }
+        let moved = Transform::IDENTITY.then_translate(by);
+        for light in self
+            .lights
+            .iter_mut()
+            .filter(|light| light.shape.position().is_some())
+        {
+            *light = moved.light(light).unwrap_or(*light);
+        }
+    }
+
+    /// Whether any point, in the file's coordinates, is between two neighbouring values of `f32`. Many programs write text
+    /// and doubles, but compute with `f32`.
+    fn is_finer_than_single(&self) -> bool {
+        PlacedMesh::any(&self.placed(), |point| {
+            let point = point.as_dvec3() + self.offset;
+            point.as_vec3().as_dvec3() != point
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn bounds_are_coarse_by_their_distance_and_size() {
+        for (center, radius, step) in [
+            ([448_262.0, 5_411_933.0, 275.0], 1.0, Some(0.5)),
+            ([0.0, -100_000.0, 0.0], 10.0, Some(0.007_812_5)),
+            ([1e6, 0.0, 0.0], 0.0, Some(0.0625)),
+            ([100_000.0, 0.0, 0.0], 100.0, None),
+            ([5000.0, 5000.0, 0.0], 4.0, None),
+            ([0.0; 3], 1e-6, None),
+        ] {
+            let center = Vec3::from(center);
+            let bounds = Aabb {
+                lower: center - radius,
+                upper: center + radius,
+            };
+            assert_eq!(Coarse::of(&bounds).map(|coarse| coarse.step), step, "{center}");
+        }
+        assert!(Coarse::of(&Aabb::EMPTY).is_none());
+    }
+}

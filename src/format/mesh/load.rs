@@ -1,0 +1,200 @@
+//! Loads meshes from files and bytes, and chooses the reader of their format.
+
+#[cfg(feature = "gltf")]
+use super::super::gltf;
+#[cfg(feature = "threemf")]
+use super::super::threemf;
+#[cfg(any(feature = "gltf", feature = "threemf"))]
+use super::used;
+use super::{
+    super::{
+        OpenMesh,
+        budget::Budget,
+        files::{self, Companions},
+        foreign, obj, off,
+        place::{LFS_POINTER, is_lfs_pointer},
+        ply,
+        source::Opened,
+        stl,
+    },
+    LoadedMesh, MeshFormat, Sharing, far,
+};
+use crate::error::LoadError;
+use std::path::{Path, PathBuf};
+
+/// Loads a mesh file and the files that it names.
+///
+/// # Errors
+/// [`LoadError`], with the place of the fault as far as the format has places.
+pub fn load(path: &Path) -> Result<LoadedMesh, LoadError> {
+    load_within(path, &mut Vec::new(), u64::MAX)
+}
+
+/// As [`load`], and adds to `asked` every file that it tried to open, to be watched for changes. All files and the mesh
+/// may take `memory` bytes together.
+///
+/// # Errors
+/// [`LoadError`], as for [`load`].
+pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result<LoadedMesh, LoadError> {
+    load_budgeted(path, asked, &Budget::new(memory))
+}
+
+/// As [`load_within`]; parts that are placed several times may be stored once, in [`LoadedMesh::shared`].
+///
+/// # Errors
+/// [`LoadError`], as for [`load`].
+pub fn load_shared(
+    path: &Path,
+    asked: &mut Vec<PathBuf>,
+    memory: u64,
+    sharing: Sharing,
+) -> Result<LoadedMesh, LoadError> {
+    load_budgeted(path, asked, &Budget::new(memory).with_sharing(sharing))
+}
+
+/// As [`load_shared`]; images of textures are read only if the mesh `shows_images`.
+#[cfg(feature = "cli")]
+pub(crate) fn load_shown(
+    path: &Path,
+    asked: &mut Vec<PathBuf>,
+    limits: impl Into<super::super::Limits>,
+    shows_images: bool,
+) -> Result<LoadedMesh, LoadError> {
+    let budget = Budget::new(limits).with_sharing(Sharing::WherePays);
+    budget.set_wants_images(shows_images);
+    load_budgeted(path, asked, &budget)
+}
+
+fn load_budgeted(path: &Path, asked: &mut Vec<PathBuf>, budget: &Budget) -> Result<LoadedMesh, LoadError> {
+    asked.push(path.to_path_buf());
+    far::read(budget, || {
+        let file = files::open(path, budget).map_err(|error| files::load_error(path, &error))?;
+        let mut companions = Companions::new(asked);
+        let mut mesh = read(
+            Opened::File(file),
+            path,
+            &mut |path| companions.read(path, budget),
+            budget,
+        )?;
+        mesh.notes.extend(companions.note(path));
+        Ok(mesh)
+    })
+}
+
+/// This many bytes tell whether an .obj file is text.
+const TEXT_HEAD: usize = 4096;
+
+/// Reads a mesh from its file, piece by piece if its format allows it. Its memory is taken from the budget; `open` takes the
+/// bytes that it returns from the budget, too.
+pub(in crate::format) fn read(
+    opened: Opened,
+    path: &Path,
+    open: OpenMesh<'_>,
+    budget: &Budget,
+) -> Result<LoadedMesh, LoadError> {
+    let mut head = Vec::new();
+    let head = opened.head(TEXT_HEAD, &mut head);
+    foreign::refuse(head, path, MeshFormat::EXPECTED)?;
+    match MeshFormat::of(path, head) {
+        Some(MeshFormat::Ply) => return ply::read(opened, path, Some(open), budget),
+        Some(MeshFormat::Stl) => return stl::read(opened, path, budget),
+        // Refused now: reading gigabytes first would take seconds.
+        Some(MeshFormat::Obj) if head.contains(&0) => return obj::parse(head, path, open, budget),
+        _ => {}
+    }
+    let bytes = opened.into_bytes(budget);
+    let bytes = bytes.map_err(|error| files::load_error(path, &error))?;
+    match MeshFormat::of(path, &bytes) {
+        Some(format) => parse_as(format, &bytes, path, open, budget),
+        None => Err(unknown_format(path)),
+    }
+}
+
+/// Reads a mesh from the bytes of its file. `path` is the file's name in errors; its extension determines the format if the
+/// bytes do not. `open` provides the files that the mesh names (an .mtl, a .bin), by paths joined to its folder.
+///
+/// # Errors
+/// [`LoadError`], as for [`load`].
+pub fn parse(bytes: Vec<u8>, path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
+    parse_budgeted(bytes, path, open, &Budget::unlimited())
+}
+
+/// As [`parse`], within `memory` bytes. Images that do not fit are left out with a note.
+///
+/// # Errors
+/// [`LoadError`], as for [`load`]; also if the mesh would take more memory.
+pub fn parse_within(
+    bytes: Vec<u8>,
+    path: &Path,
+    open: OpenMesh<'_>,
+    memory: u64,
+) -> Result<LoadedMesh, LoadError> {
+    parse_budgeted(bytes, path, open, &Budget::new(memory))
+}
+
+/// As [`parse`]; parts that are placed several times may be stored once, in [`LoadedMesh::shared`].
+///
+/// # Errors
+/// [`LoadError`], as for [`load`].
+pub fn parse_shared(
+    bytes: Vec<u8>,
+    path: &Path,
+    open: OpenMesh<'_>,
+    sharing: Sharing,
+) -> Result<LoadedMesh, LoadError> {
+    parse_budgeted(bytes, path, open, &Budget::unlimited().with_sharing(sharing))
+}
+
+#[allow(
+    clippy::needless_pass_by_value,
+    reason = "frees the bytes once the mesh is read; both are large"
+)]
+fn parse_budgeted(
+    bytes: Vec<u8>,
+    path: &Path,
+    open: OpenMesh<'_>,
+    budget: &Budget,
+) -> Result<LoadedMesh, LoadError> {
+    foreign::refuse(&bytes, path, MeshFormat::EXPECTED)?;
+    match MeshFormat::of(path, &bytes) {
+        Some(format) => far::read(budget, || parse_as(format, &bytes, path, open, budget)),
+        None => Err(unknown_format(path)),
+    }
+}
+
+fn unknown_format(path: &Path) -> LoadError {
+    LoadError::whole_file(path, format!("unknown kind of file, {}", MeshFormat::EXPECTED))
+}
+
+/// As [`parse`], for a known format. The bytes are already taken from the budget.
+pub(in crate::format) fn parse_as(
+    format: MeshFormat,
+    bytes: &[u8],
+    path: &Path,
+    open: OpenMesh<'_>,
+    budget: &Budget,
+) -> Result<LoadedMesh, LoadError> {
+    if is_lfs_pointer(bytes) {
+        return Err(LoadError::whole_file(path, LFS_POINTER));
+    }
+    match format {
+        MeshFormat::Ply => ply::parse_mesh(bytes, path, Some(open), budget),
+        MeshFormat::Obj => obj::parse(bytes, path, open, budget),
+        MeshFormat::Off => off::parse(bytes, path, budget),
+        MeshFormat::Stl => stl::parse(bytes, path, budget),
+        #[cfg(feature = "gltf")]
+        MeshFormat::Gltf => used::only(gltf::parse(bytes, path, open, budget)?, path, budget),
+        #[cfg(not(feature = "gltf"))]
+        MeshFormat::Gltf => Err(LoadError::whole_file(
+            path,
+            "glTF is not read: octray was built without its feature `gltf`",
+        )),
+        #[cfg(feature = "threemf")]
+        MeshFormat::ThreeMf => used::only(threemf::parse(bytes, path, budget)?, path, budget),
+        #[cfg(not(feature = "threemf"))]
+        MeshFormat::ThreeMf => Err(LoadError::whole_file(
+            path,
+            "3MF is not read: octray was built without its feature `threemf`",
+        )),
+    }
+}
