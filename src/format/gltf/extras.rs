@@ -37,7 +37,6 @@ pub(super) fn is_cloud(root: &Root) -> bool {
 pub(super) fn left_out(root: &Root, is_cloud: bool) -> LeftOut {
     let mut left_out = LeftOut::default();
     left_out.count(root.animations.len(), "animation", "animations");
-    left_out.count(root.skins.len(), "skin", "skins");
     if root.textures.is_empty() {
         left_out.count(root.images.len(), "image", "images");
     }

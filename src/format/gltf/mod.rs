@@ -1,8 +1,8 @@
 //! glTF 2.0: JSON with external or embedded buffers, or one binary file (.glb).
 //!
 //! Reads the triangles, strips and fans, or else the points and lines, of all nodes of the default scene, with transforms,
-//! vertex colours, materials, textures, punctual lights and cameras. [`extras`] lists what it does not read. [`sharing`]
-//! decides which meshes are stored once.
+//! vertex colours, skins in the stored pose, materials, textures, punctual lights and cameras. [`extras`]
+//! lists what it does not read. [`sharing`] decides which meshes are stored once.
 //!
 //! The gltf crate parses the JSON and checks its references. [`buffers`] reads the bytes and checks every access: the
 //! crate's own readers trust offsets and counts.
@@ -22,7 +22,9 @@ mod materials;
 mod nodes;
 mod shapes;
 mod sharing;
+mod skins;
 mod transmission;
+mod tree;
 
 use super::place::{BYTE_ORDER_MARK, is_utf16};
 use super::{
@@ -115,7 +117,12 @@ pub(super) fn parse(
     let materials = materials::materials(&document, &webp);
     let mut buffers = Buffers::new(path, bytes.len(), blob, open, &compression, budget);
     let mut reading = nodes::Reading::new(lights, is_cloud);
-    reading.scene(&document, &materials, &instancing, &mut buffers)?;
+    let contents = nodes::Contents {
+        document: &document,
+        materials: &materials,
+        instancing: &instancing,
+    };
+    reading.scene(&contents, &mut buffers)?;
     left_out.count(reading.punctual.left_out, "light", "lights");
     left_out.count(reading.cameras_left_out, "camera", "cameras");
     left_out.count(

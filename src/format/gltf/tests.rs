@@ -7,6 +7,7 @@ use glam::{DVec3, Vec3};
 use std::io;
 
 mod lights;
+mod poses;
 mod sharing;
 
 /// Three positions, a normal each, and indices 0, 1, 2 as bytes.
@@ -190,8 +191,8 @@ fn one_note_lists_all_that_is_left_out() {
     assert_eq!(
         mesh.notes,
         [
-            "folder/a.gltf: left out: 1 animation, 1 skin, 1 set of points, 1 set of \
-             lines, morph targets, vertex alpha, 1 other scene, extensions `KHR_materials_sheen`"
+            "folder/a.gltf: left out: 1 animation, 1 set of points, 1 set of lines, \
+             morph targets, vertex alpha, 1 other scene, extensions `KHR_materials_sheen`"
         ]
     );
 }
