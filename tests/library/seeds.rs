@@ -231,13 +231,13 @@ fn gltfs(seeds: &mut Vec<Seed>) {
 {"bufferView":0,"componentType":5126,"count":2,"type":"VEC3"}"#,
         ),
     );
-    // Two joints move the first corner.
-    let posed = r#""attributes":{"JOINTS_0":2,"WEIGHTS_0":3,"#;
+    // Two joints move the first corner, and a target all of them.
+    let posed = r#""targets":[{"POSITION":0}],"attributes":{"JOINTS_0":2,"WEIGHTS_0":3,"#;
     add(
         seeds,
         "gltf",
         "posed.gltf",
-        json(&embedded, &format!(r#","skin":0{child}"#))
+        json(&embedded, &format!(r#","skin":0,"weights":[0.5]{child}"#))
             .replace(r#""attributes":{"#, posed)
             .replace(
                 r#""type":"SCALAR"}"#,

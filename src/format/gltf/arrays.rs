@@ -1,12 +1,12 @@
 //! The arrays of a mesh, to which shapes are added.
 
-use super::{Surface, buffers::Buffers, materials::display_value, shapes::Shape};
+use super::{Surface, buffers::Buffers, materials::display_value, morphs::Attribute, shapes::Shape};
 use crate::{
     error::{LoadError, SceneError},
     format::{mesh::LINE_VERTICES, textures, vertices::add_position},
     scene::{TriangleMesh, is_usable},
 };
-use glam::{DMat3, DMat4, DVec3, Vec3};
+use glam::{DMat3, DMat4, Vec3};
 use std::ops::Range;
 
 /// A triangle without a material.
@@ -113,7 +113,7 @@ impl Arrays {
         for i in shape.used() {
             let matrix = shape.matrix(i, world, buffers)?;
             is_mirrored.get_or_insert_with(|| matrix.determinant() < 0.0);
-            let position = DVec3::from_array(shape.positions.vector(i).map(f64::from));
+            let position = shape.morphed(Attribute::Position, i, shape.positions.vector(i));
             let position = if is_identity {
                 position
             } else {
@@ -149,7 +149,7 @@ impl Arrays {
                 } else {
                     of_world
                 };
-                let turned = matrix * DVec3::from_array(normals.vector(i).map(f64::from));
+                let turned = matrix * shape.morphed(Attribute::Normal, i, normals.vector(i));
                 columns.normals.push(turned.normalize_or_zero().as_vec3());
             }
         } else if self.has_normals {
@@ -166,7 +166,14 @@ impl Arrays {
         if let Some(colors) = &shape.colors {
             columns.colors.resize(base, WHITE);
             for i in shape.used() {
-                let linear = colors.color(i);
+                let mut linear = colors.color(i);
+                if shape.is_morphed() {
+                    let morphed = shape.morphed(Attribute::Color, i, linear);
+                    linear = morphed
+                        .as_vec3()
+                        .to_array()
+                        .map(|channel| channel.clamp(0.0, 1.0));
+                }
                 for (what, value) in ["red", "green", "blue"].into_iter().zip(linear) {
                     if !value.is_finite() {
                         let error = SceneError::NotUsable { what, value };
@@ -192,7 +199,10 @@ impl Arrays {
         if let Some((uvs, placement)) = &shape.uvs {
             columns.uvs.resize(base, [0.0; 2]);
             for i in shape.used() {
-                let [u, v, _] = uvs.vector(i);
+                let [u, v, _] = shape
+                    .morphed(Attribute::TexCoord, i, uvs.vector(i))
+                    .as_vec3()
+                    .to_array();
                 let uv = placement.apply([u, v]);
                 let is_odd = !uv.into_iter().all(is_usable);
                 self.odd_uvs += usize::from(is_odd);

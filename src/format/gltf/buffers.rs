@@ -274,6 +274,15 @@ impl<'a> Buffers<'a> {
         )
     }
 
+    /// The elements of an accessor of differences of colours, which may be negative.
+    pub(super) fn color_differences(
+        &mut self,
+        accessor: &Accessor<'_>,
+    ) -> Result<Rc<Elements<'a>>, LoadError> {
+        let is_right = matches!(accessor.dimensions(), Dimensions::Vec3 | Dimensions::Vec4);
+        self.expected(accessor, is_right, "differences of colours (3 or 4 numbers)")
+    }
+
     /// The elements of an accessor of the numbers of joints.
     pub(super) fn joints(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
         let is_right = accessor.dimensions() == Dimensions::Vec4

@@ -76,9 +76,6 @@ pub(super) fn left_out(root: &Root, is_cloud: bool) -> LeftOut {
         "primitive without positions",
         "primitives without positions",
     );
-    if primitives().any(|p| p.targets.as_ref().is_some_and(|targets| !targets.is_empty())) {
-        left_out.add("morph targets");
-    }
     if primitives().any(|p| has(p, |semantic| matches!(semantic, Semantic::Colors(1..)))) {
         left_out.add("more vertex colours");
     }

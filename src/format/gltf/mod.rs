@@ -1,7 +1,7 @@
 //! glTF 2.0: JSON with external or embedded buffers, or one binary file (.glb).
 //!
 //! Reads the triangles, strips and fans, or else the points and lines, of all nodes of the default scene, with transforms,
-//! vertex colours, skins in the stored pose, materials, textures, punctual lights and cameras. [`extras`]
+//! vertex colours, skins and morph targets in the stored pose, materials, textures, punctual lights and cameras. [`extras`]
 //! lists what it does not read. [`sharing`] decides which meshes are stored once.
 //!
 //! The gltf crate parses the JSON and checks its references. [`buffers`] reads the bytes and checks every access: the
@@ -19,6 +19,7 @@ mod images;
 mod instancing;
 mod lights;
 mod materials;
+mod morphs;
 mod nodes;
 mod shapes;
 mod sharing;
@@ -114,6 +115,7 @@ pub(super) fn parse(
     let instancing = instancing::Instancing::of(json, path)?;
     let document = document(root, path)?;
     let compression = Compression::of(json, path, &document)?;
+    let targets = morphs::MorphTargets::of(json, path, &document)?;
     let materials = materials::materials(&document, &webp);
     let mut buffers = Buffers::new(path, bytes.len(), blob, open, &compression, budget);
     let mut reading = nodes::Reading::new(lights, is_cloud);
@@ -121,6 +123,7 @@ pub(super) fn parse(
         document: &document,
         materials: &materials,
         instancing: &instancing,
+        targets: &targets,
     };
     reading.scene(&contents, &mut buffers)?;
     left_out.count(reading.punctual.left_out, "light", "lights");
@@ -254,7 +257,7 @@ fn document(mut root: json::Root, path: &Path) -> Result<Document, LoadError> {
             scene.value()
         )));
     }
-    // What octray does not read may be invalid.
+    // What octray does not read may be invalid, and morph targets are read separately.
     root.animations.clear();
     for accessor in &mut root.accessors {
         (accessor.min, accessor.max) = (None, None);

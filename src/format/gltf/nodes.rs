@@ -9,7 +9,8 @@ use super::{
     instancing::Instancing,
     lights::PunctualLights,
     materials::Shown,
-    shapes::{Shape, shapes_of},
+    morphs::MorphTargets,
+    shapes::{Pose, Shape, shapes_of},
     sharing,
     skins::Skins,
     tree::{Place, Placement, Tree},
@@ -32,7 +33,8 @@ use std::{
     path::Path,
 };
 
-/// How many steps the skins of a small file may take: about a second. A step is a set of joints of one vertex.
+/// How many steps the skins and morph targets of a small file may take: about a second. A step is a set of joints, or what
+/// a target changes, of one vertex.
 const MOST_POSE_STEPS: usize = 1 << 24;
 
 /// Reading a primitive once more takes as long as this many steps.
@@ -43,6 +45,7 @@ pub(super) struct Contents<'c> {
     pub(super) document: &'c Document,
     pub(super) materials: &'c [Shown],
     pub(super) instancing: &'c Instancing,
+    pub(super) targets: &'c MorphTargets<'c>,
 }
 
 /// A mesh in one pose. Nodes with the same one may share its triangles.
@@ -50,15 +53,19 @@ pub(super) struct Contents<'c> {
 struct Variant {
     mesh: usize,
     skin: Option<usize>,
+    /// The node whose weights of morph targets are not those of the mesh.
+    weights: Option<usize>,
 }
 
 impl Variant {
     /// What a node places; `None` without a mesh.
-    fn of(node: &Node<'_>) -> Option<Self> {
+    fn of(node: &Node<'_>, targets: &MorphTargets<'_>) -> Option<Self> {
         let mesh = node.mesh()?;
+        let own = node.weights().filter(|own| Some(*own) != mesh.weights());
         Some(Self {
             mesh: mesh.index(),
             skin: node.skin().map(|skin| skin.index()),
+            weights: own.filter(|_| targets.has(mesh.index())).map(|_| node.index()),
         })
     }
 }
@@ -92,7 +99,7 @@ pub(super) struct Reading {
     /// How many triangles there are room for, and how many there may be.
     triangles: usize,
     most_triangles: usize,
-    /// How many steps skins took.
+    /// How many steps skins and morph targets took.
     pose_steps: usize,
     cameras: Vec<MeshCamera>,
     lights: Vec<Light>,
@@ -129,7 +136,7 @@ impl Reading {
         let node_of = |placement: &Placement<'_>| document.nodes().nth(placement.node);
         for placement in &tree.placements {
             let Some(node) = node_of(placement) else { continue };
-            let Some(variant) = Variant::of(&node) else {
+            let Some(variant) = Variant::of(&node, contents.targets) else {
                 continue;
             };
             let mesh = match meshes.entry(variant) {
@@ -141,7 +148,7 @@ impl Reading {
         self.make_room(&mut meshes, buffers)?;
         for placement in &tree.placements {
             let Some(node) = node_of(placement) else { continue };
-            let variant = Variant::of(&node);
+            let variant = Variant::of(&node, contents.targets);
             if let Some(mesh) = variant.and_then(|variant| meshes.get_mut(&variant)) {
                 for i in 0..placement.count() {
                     self.place(mesh, &placement.at(i, buffers)?, buffers)?;
@@ -172,15 +179,21 @@ impl Reading {
             Some(skin) => Some(skins.joints(&skin, buffers)?),
             None => None,
         };
-        if joints.is_some() {
+        let weights = node.weights().or(mesh.weights()).unwrap_or_default();
+        if joints.is_some() || !weights.is_empty() {
             // The estimate of the JSON has room for each mesh once.
             let primitives = mesh.primitives().len();
             let room = buffers.budget().take_array::<Shape<'_>>(primitives + 1);
             room.map_err(|error| buffers.no_room(error))?;
-            let steps = primitives.saturating_mul(PRIMITIVE_STEPS);
+            let steps = primitives.saturating_mul(weights.len() + PRIMITIVE_STEPS);
             self.count_steps(steps, buffers)?;
         }
-        let shapes = shapes_of(&mesh, contents.materials, self.is_cloud, joints.as_ref(), buffers)?;
+        let pose = Pose {
+            targets: contents.targets,
+            weights,
+            joints,
+        };
+        let shapes = shapes_of(&mesh, contents.materials, self.is_cloud, &pose, buffers)?;
         let triangles = shapes.iter().map(Shape::triangle_count);
         Ok(ReadMesh {
             triangles: triangles.fold(0, usize::saturating_add),
@@ -353,7 +366,7 @@ impl Reading {
         let most = size.saturating_mul(8).saturating_add(MOST_POSE_STEPS);
         if steps > most {
             return Err(buffers.refused(format!(
-                "skins take {steps} steps, counted once for each node, expected at most {most} from \
+                "skins and morph targets take {steps} steps, counted once for each node, expected at most {most} from \
                  {size} bytes"
             )));
         }

@@ -4,15 +4,25 @@ use super::{
     buffers::Buffers,
     elements::Elements,
     materials::{Placement, Shown},
+    morphs::{self, Attribute, Difference, MorphTargets},
     skins::{Joints, Skinning},
 };
 use crate::{
     error::LoadError,
     format::{budget::Budget, left_out::counted},
 };
-use glam::DMat4;
+use glam::{DMat4, DVec3};
 use gltf::{Mesh, Primitive, Semantic, mesh::Mode};
 use std::rc::Rc;
+
+/// What changes the vertices of a mesh.
+pub(super) struct Pose<'p> {
+    pub(super) targets: &'p MorphTargets<'p>,
+    /// The weights of the targets.
+    pub(super) weights: &'p [f32],
+    /// `None` without a skin.
+    pub(super) joints: Option<Joints>,
+}
 
 /// A primitive of triangles, or of points or lines.
 pub(super) struct Shape<'a> {
@@ -31,6 +41,7 @@ pub(super) struct Shape<'a> {
     /// Texture coordinates, one for each position, and how they are moved; `None` if the material shows no texture, or
     /// the file has no coordinates for it.
     pub(super) uvs: Option<(Rc<Elements<'a>>, Placement)>,
+    differences: Vec<Difference<'a>>,
     skinning: Option<Skinning<'a>>,
     /// `None` if each vertex is a corner.
     indices: Option<Rc<Elements<'a>>>,
@@ -51,7 +62,7 @@ pub(super) fn shapes_of<'a>(
     mesh: &Mesh<'_>,
     materials: &[Shown],
     is_cloud: bool,
-    joints: Option<&Joints>,
+    pose: &Pose<'_>,
     buffers: &mut Buffers<'a>,
 ) -> Result<Vec<Shape<'a>>, LoadError> {
     let mut shapes = Vec::new();
@@ -59,7 +70,7 @@ pub(super) fn shapes_of<'a>(
         if is_cloud != is_of_cloud(primitive.mode()) {
             continue;
         }
-        let shape = Shape::new(mesh.index(), &primitive, materials, joints, buffers)?;
+        let shape = Shape::new(mesh.index(), &primitive, materials, pose, buffers)?;
         shapes.extend(shape.filter(|shape| is_cloud || shape.triangle_count() > 0));
     }
     Ok(shapes)
@@ -97,7 +108,7 @@ impl<'a> Shape<'a> {
         mesh: usize,
         primitive: &Primitive<'_>,
         materials: &[Shown],
-        joints: Option<&Joints>,
+        pose: &Pose<'_>,
         buffers: &mut Buffers<'a>,
     ) -> Result<Option<Self>, LoadError> {
         let Some(positions) = primitive.get(&Semantic::Positions) else {
@@ -132,7 +143,14 @@ impl<'a> Shape<'a> {
         if let Some(colors) = &colors {
             check_count(colors, ["colour", "colours"], &positions, buffers)?;
         }
-        let skinning = match joints {
+        let uv_set = uvs.as_ref().map(|(_, placement)| placement.set);
+        let (index, targets) = ([mesh, primitive.index()], pose.targets);
+        let differences = targets.of_primitive(index, pose.weights, uv_set, buffers)?;
+        for difference in &differences {
+            let what = ["difference", "differences"];
+            check_count(&difference.elements, what, &positions, buffers)?;
+        }
+        let skinning = match &pose.joints {
             Some(joints) => Skinning::of(mesh, primitive, joints, buffers)?,
             None => None,
         };
@@ -148,6 +166,7 @@ impl<'a> Shape<'a> {
             normals: normals.filter(|normals| normals.count == positions.count),
             colors,
             positions,
+            differences,
             skinning,
             indices,
             corners: None,
@@ -159,10 +178,26 @@ impl<'a> Shape<'a> {
         self.skinning.is_some()
     }
 
-    /// How many sets of joints place its vertices; 0 before it is prepared.
+    /// Whether morph targets change it.
+    pub(super) fn is_morphed(&self) -> bool {
+        !self.differences.is_empty()
+    }
+
+    /// How many differences and sets of joints place its vertices; 0 before it is prepared.
     pub(super) fn pose_steps(&self) -> usize {
         let sets = self.skinning.as_ref().map_or(0, Skinning::set_count);
-        self.used_count().saturating_mul(sets)
+        self.used_count()
+            .saturating_mul(sets.saturating_add(self.differences.len()))
+    }
+
+    /// What the morph targets make of an attribute of vertex `i`.
+    pub(super) fn morphed(&self, attribute: Attribute, i: usize, numbers: [f32; 3]) -> DVec3 {
+        let vector = DVec3::from_array(numbers.map(f64::from));
+        if self.is_morphed() {
+            vector + morphs::sum(&self.differences, attribute, i)
+        } else {
+            vector
+        }
     }
 
     /// What places vertex `i`, if `world` places the shape.

@@ -192,7 +192,7 @@ fn one_note_lists_all_that_is_left_out() {
         mesh.notes,
         [
             "folder/a.gltf: left out: 1 animation, 1 set of points, 1 set of lines, \
-             morph targets, vertex alpha, 1 other scene, extensions `KHR_materials_sheen`"
+             vertex alpha, 1 other scene, extensions `KHR_materials_sheen`"
         ]
     );
 }

@@ -93,8 +93,11 @@ fn gltf(u: Source<'_, '_>, out: &mut String) -> Result<()> {
     let buffer = format!(r#"{{"byteLength":{size},"uri":"{name}"}}"#);
     let children = *u.choose(&["", r#","children":[1]"#, r#","children":[0,1,1]"#])?;
     let joints = *u.choose(&["", r#","JOINTS_0":2,"WEIGHTS_0":2"#])?;
-    let primitive = format!(r#"{{"attributes":{{"POSITION":0,"NORMAL":0{joints}}},"indices":1}}"#);
-    let pose = *u.choose(&["", r#","skin":0"#])?;
+    let targets = u.int_in_range(0..=3)?;
+    let targets = copies(r#"{"POSITION":0,"NORMAL":0}"#, targets);
+    let primitive =
+        format!(r#"{{"attributes":{{"POSITION":0,"NORMAL":0{joints}}},"targets":[{targets}],"indices":1}}"#);
+    let pose = *u.choose(&["", r#","skin":0"#, r#","weights":[1,0.5]"#])?;
     let node = format!(r#"{{"mesh":0{pose}{children}}}"#);
     let roots: Vec<String> = (0..nodes).map(|i| i.to_string()).collect();
     let _ = write!(

@@ -1,4 +1,4 @@
-//! Skins.
+//! Skins and morph targets.
 
 use super::*;
 use crate::format::mesh::Sharing;
@@ -304,6 +304,131 @@ fn faults_of_skins() {
     );
 }
 
+/// The strip without joints; its first target moves it along z, the second one along x, and changes normals.
+fn morphed(weights: &str) -> String {
+    let file = strip(|file| {
+        file.floats(6, "VEC3", &[0.0, 0.0, 2.0].repeat(6));
+        file.floats(6, "VEC3", &[4.0, 0.0, 0.0].repeat(6));
+        file.floats(6, "VEC3", &[2.0, 0.0, 0.0].repeat(6));
+    });
+    let targets = format!(
+        r#""indices":5,"targets":[{{"POSITION":6,"TANGENT":99}},{{"POSITION":7,"NORMAL":8}}]}}]{weights}"#
+    );
+    file.finish(&BENT.replace(r#""indices":5}]"#, &targets))
+}
+
+#[test]
+fn morph_targets_are_added_by_weight() {
+    let rigid = |weights: &str| morphed(weights).replace(r#""skin":0,"#, "");
+    // The node is at z = 70.
+    let without = loaded(&rigid(""));
+    assert_eq!(points(&without)[5], [1.0, 2.0, 70.0]);
+    assert!(without.notes.is_empty(), "{:?}", without.notes);
+    let of_mesh = loaded(&rigid(r#","weights":[0.5,0]"#));
+    assert_eq!(points(&of_mesh)[5], [1.0, 2.0, 71.0]);
+    assert_eq!(of_mesh.columns.normals, [Vec3::Z; 6]);
+    let both = loaded(&rigid(r#","weights":[-1,0.5]"#));
+    assert_eq!(points(&both)[5], [3.0, 2.0, 68.0]);
+    let slanted = Vec3::new(1.0, 0.0, 1.0).normalize();
+    assert!(both.columns.normals[3].abs_diff_eq(slanted, 1e-6));
+    // The node's weights count more than the mesh's, and make a mesh of their own.
+    let nodes = r#""nodes":[{"mesh":0,"weights":[1,0]},{"mesh":0},{"mesh":0},"#;
+    let nodes = rigid(r#","weights":[0.5,0]"#)
+        .replace(r#""nodes":["#, nodes)
+        .replace(r#""children":[2]"#, r#""children":[5]"#);
+    for (sharing, parts) in [(Sharing::Never, 0), (Sharing::Always, 1)] {
+        let mesh = load_file(&nodes, sharing).expect("a mesh");
+        assert_eq!(mesh.shared.len(), parts);
+        assert_eq!(points(&mesh)[5], [1.0, 2.0, 2.0]);
+        if let [part] = &mesh.shared[..] {
+            assert_eq!((part.columns.z[5], part.placements.len()), (1.0, 3));
+        }
+    }
+}
+
+#[test]
+fn morph_targets_come_before_joints() {
+    // The upper edge is moved up, then turned to the left.
+    let mesh = loaded(&morphed(r#","weights":[0.5,0.25]"#));
+    assert_eq!(points(&mesh)[..2], [[11.0, 0.0, 1.0], [12.0, 0.0, 1.0]]);
+    assert_eq!(points(&mesh)[4..], [[9.0, 2.0, 1.0], [9.0, 3.0, 1.0]]);
+}
+
+#[test]
+fn targets_may_be_sparse_and_change_colours() {
+    let file = strip(|file| {
+        // Only the last vertex moves.
+        file.add(1, r#""componentType":5121,"type":"SCALAR""#, &[5]);
+        file.floats(1, "VEC3", &[0.0, 8.0, 0.0]);
+        file.accessors.push(
+            r#"{"count":6,"componentType":5126,"type":"VEC3","sparse":{"count":1,
+            "indices":{"bufferView":6,"componentType":5121},"values":{"bufferView":7}}}"#
+                .to_owned(),
+        );
+        file.floats(6, "VEC4", &[0.0, 0.25, 1.0, 1.0].repeat(6));
+        file.add(
+            6,
+            r#""componentType":5120,"normalized":true,"type":"VEC3""#,
+            &[127, 127, 129].repeat(6),
+        );
+    });
+    let body = BENT
+        .replace(r#""skin":0,"#, "")
+        .replace(r#""JOINTS_0":2,"WEIGHTS_0":3"#, r#""COLOR_0":9"#)
+        .replace(
+            r#""indices":5}]"#,
+            r#""indices":5,"targets":[{"POSITION":8,"COLOR_0":10}]}],"weights":[0.75]"#,
+        );
+    let mesh = loaded(&file.finish(&body));
+    assert_eq!(points(&mesh)[4..], [[0.0, 2.0, 70.0], [1.0, 8.0, 70.0]]);
+    let expected = [0.75, 1.0, 0.25].map(materials::display_value);
+    assert_eq!(mesh.columns.colors[0], expected);
+    assert!(mesh.notes.is_empty(), "{:?}", mesh.notes);
+}
+
+#[test]
+fn faults_of_morph_targets() {
+    let refused = |target: &str| {
+        let targets = format!(r#""indices":5,"targets":[{target}]}}],"weights":[1]"#);
+        let json = strip(|_| {}).finish(&BENT.replace(r#""indices":5}]"#, &targets));
+        load_file(&json, Sharing::Never).expect_err("it is refused")
+    };
+    assert_eq!(
+        refused(r#"{"POSITION":70}"#),
+        " meshes[0].primitives[0].targets[0]: accessor 70, but the file has only 6"
+    );
+    assert_eq!(
+        refused(r#"{"NORMAL":3}"#),
+        " accessors[3] holds other elements, expected vectors of 3 numbers"
+    );
+    assert_eq!(
+        refused(r#"{"COLOR_0":5}"#),
+        " accessors[5] holds other elements, expected differences of colours (3 or 4 numbers)"
+    );
+    let odd = refused(r#"{"POSITION":0,"_OWN":-1}"#);
+    assert!(
+        odd.ends_with("not valid morph targets: invalid value: integer `-1`, expected usize"),
+        "{odd}"
+    );
+    let huge = strip(|_| {}).finish(&BENT.replace(
+        r#""indices":5}]"#,
+        r#""indices":5,"targets":[{"POSITION":0}]}],"weights":[1e300]"#,
+    ));
+    let error = load_file(&huge, Sharing::Never).expect_err("too far");
+    assert!(error.contains("vertex 1 of 6: "), "{error}");
+    let few = strip(|file| {
+        file.floats(1, "VEC3", &[0.0; 3]);
+    });
+    let few = few.finish(&BENT.replace(
+        r#""indices":5}]"#,
+        r#""indices":5,"targets":[{"POSITION":6}]}],"weights":[1]"#,
+    ));
+    assert_eq!(
+        load_file(&few, Sharing::Never).expect_err("too few"),
+        " accessors[6] has 1 difference, but the primitive has 6 vertices"
+    );
+}
+
 /// Small files whose poses would take hours.
 #[test]
 fn poses_of_the_same_bytes() {
@@ -311,6 +436,19 @@ fn poses_of_the_same_bytes() {
     let mut file = File::default();
     file.add(60_000, r#""componentType":5120,"type":"VEC3""#, &[1; 180_000]);
     file.add(3, r#""componentType":5121,"type":"SCALAR""#, &[0, 1, 2, 0]);
+    let with = |file: &File, nodes: usize, targets: usize| {
+        file.finish(&format!(
+            r#""nodes":[{}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"targets":[{}]}}],"weights":[{}]}}]"#,
+            list(r#"{"mesh":0}"#, nodes),
+            list(r#"{"POSITION":0}"#, targets),
+            list("1", targets)
+        ))
+    };
+    assert_eq!(loaded(&with(&file, 2, 20)).columns.x[0], 21.0);
+    for json in [with(&file, 1, 2000), with(&file, 2, 180)] {
+        let error = load_file(&json, Sharing::Never).expect_err("too many");
+        assert!(error.starts_with(" skins and morph targets take "), "{error}");
+    }
     // Every node has a skin of its own.
     let nodes: Vec<String> = (0..3000).map(|i| format!(r#"{{"mesh":0,"skin":{i}}}"#)).collect();
     let json = file.finish(&format!(
@@ -320,5 +458,5 @@ fn poses_of_the_same_bytes() {
         list(r#"{"attributes":{"POSITION":0},"indices":1}"#, 3000)
     ));
     let error = load_file(&json, Sharing::Never).expect_err("too many");
-    assert!(error.starts_with(" skins take "), "{error}");
+    assert!(error.starts_with(" skins and morph targets take "), "{error}");
 }
