@@ -383,6 +383,8 @@ fn textures(seeds: &mut Vec<Seed>) {
         ("a.png", image::ImageFormat::Png),
         ("a.bmp", image::ImageFormat::Bmp),
         ("a.jpg", image::ImageFormat::Jpeg),
+        ("a.gif", image::ImageFormat::Gif),
+        ("a.tiff", image::ImageFormat::Tiff),
     ] {
         let mut bytes = std::io::Cursor::new(Vec::new());
         let written = match format {

@@ -162,8 +162,8 @@ fn what_emits_needs_no_light() {
 fn images_that_cannot_be_shown_are_notes() {
     for (image, reason) in [
         (
-            &b"GIF89a"[..],
-            "unknown kind of picture, expected PNG, JPEG, WebP, BMP or TGA",
+            &b"DDS "[..],
+            "unknown kind of picture, expected PNG, JPEG, WebP, BMP, TGA, GIF or TIFF",
         ),
         (&png([2, 2], &[RED; 4])[..40], "the file is cut short"),
     ] {
@@ -191,6 +191,41 @@ fn images_that_cannot_be_shown_are_notes() {
     let expected =
         "a.obj: texture a.png is not shown: it has 65535x65535 pixels, expected at most 16384x16384";
     assert_eq!(notes, [expected]);
+}
+
+/// An image of 2x1 pixels in another format.
+fn written(format: image::ImageFormat) -> Vec<u8> {
+    let image = image::RgbaImage::from_raw(2, 1, [RED, BLUE].concat()).expect("two pixels");
+    let mut bytes = io::Cursor::new(Vec::new());
+    image.write_to(&mut bytes, format).expect("it is written");
+    bytes.into_inner()
+}
+
+#[test]
+fn gif_and_tiff_are_shown() {
+    for format in [image::ImageFormat::Gif, image::ImageFormat::Tiff] {
+        let (scene, notes) = obj_scene("Kd 1 1 1\nmap_Kd a.png", &written(format));
+        assert!(notes.is_empty(), "{notes:?}");
+        let film = film(&scene, &above(), sized(64));
+        let [left, right] = [15, 48].map(|x| film.pixels()[32 * 64 + x]);
+        assert!(left[0] > 0.9 && left[2] < 0.1, "{format:?}: {left:?}");
+        assert!(right[2] > 0.9 && right[0] < 0.1, "{format:?}: {right:?}");
+    }
+    // Headers that promise more bytes than follow: the size of the screen, and the entries for width and height.
+    let mut gif = written(image::ImageFormat::Gif);
+    gif[6..10].fill(0xff);
+    let mut tiff = written(image::ImageFormat::Tiff);
+    for tag in [256_u16, 257] {
+        let key = [&tag.to_le_bytes()[..], &4_u16.to_le_bytes(), &1_u32.to_le_bytes()].concat();
+        let at = tiff.windows(8).position(|bytes| bytes == key).expect("an entry");
+        tiff[at + 8..at + 12].copy_from_slice(&65535_u32.to_le_bytes());
+    }
+    for image in [gif, tiff] {
+        let (_, notes) = obj_scene("map_Kd a.png", &image);
+        let expected =
+            "a.obj: texture a.png is not shown: it has 65535x65535 pixels, expected at most 16384x16384";
+        assert_eq!(notes, [expected]);
+    }
 }
 
 /// The CRC-32 of a PNG chunk.
