@@ -7,6 +7,8 @@
 //!
 //! Format: *StereoLithography Interface Specification*, 3D Systems, 1989.
 
+mod colors;
+
 use super::{
     budget::Budget,
     files,
@@ -80,23 +82,6 @@ fn loaded(columns: TriangleMesh, note: Option<String>) -> LoadedMesh {
         notes: note.into_iter().collect(),
         ..LoadedMesh::default()
     }
-}
-
-/// Whether a binary file has colours: its header says `COLOR=`, or its first facets have several attribute bytes. One value
-/// in all facets is padding, such as spaces.
-fn has_colors(source: &impl Pieces, count: usize) -> bool {
-    let (mut header, mut facets) = (Vec::new(), Vec::new());
-    let says_so = source
-        .piece(0, HEADER, &mut header)
-        .is_some_and(|header| header.windows(6).any(|word| word == b"COLOR="));
-    let facets = source.piece(HEADER, count.min(PIECE) * FACET, &mut facets);
-    let attributes = |facet: &[u8; FACET]| [facet[FACET - 2], facet[FACET - 1]];
-    says_so
-        || facets.is_some_and(|facets| {
-            let mut all = facets.as_chunks().0.iter().map(attributes);
-            let first = all.next();
-            all.any(|next| Some(next) != first)
-        })
 }
 
 /// The number of facets by a binary file's header.
@@ -192,9 +177,10 @@ fn binary(source: &impl Pieces, path: &Path, budget: &Budget) -> Result<Option<L
     mesh.triangles
         .par_extend(triangles.map(|i| [3 * i, 3 * i + 1, 3 * i + 2]));
     let mut left_out = LeftOut::default();
-    if has_colors(source, count) {
-        left_out.add("facet colours (attribute bytes)");
-    }
+    let colors = colors::read(source, count, &mut left_out, budget);
+    let Some(colors) = colors.map_err(|error| error.into_error(path))? else {
+        return Ok(None);
+    };
     if extra >= FACET {
         let facets = counted(count, "facet", "facets");
         left_out.add(&format!(
@@ -202,6 +188,7 @@ fn binary(source: &impl Pieces, path: &Path, budget: &Budget) -> Result<Option<L
         ));
     }
     let mut mesh = loaded(mesh, left_out.note(path));
+    (mesh.surfaces, mesh.surface_of) = (colors.surfaces, colors.surface_of);
     // Facets use all of their corners.
     if unusable.count > 0 {
         mesh.keep_used(unusable, path, budget)?;

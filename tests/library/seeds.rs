@@ -231,6 +231,22 @@ fn gltfs(seeds: &mut Vec<Seed>) {
 {"bufferView":0,"componentType":5126,"count":2,"type":"VEC3"}"#,
         ),
     );
+    // Two joints move the first corner, and a target all of them.
+    let posed = r#""targets":[{"POSITION":0}],"attributes":{"JOINTS_0":2,"WEIGHTS_0":3,"#;
+    add(
+        seeds,
+        "gltf",
+        "posed.gltf",
+        json(&embedded, &format!(r#","skin":0,"weights":[0.5]{child}"#))
+            .replace(r#""attributes":{"#, posed)
+            .replace(
+                r#""type":"SCALAR"}"#,
+                r#""type":"SCALAR"},{"componentType":5121,"count":3,"type":"VEC4","sparse":{"count":1,
+"indices":{"bufferView":1,"componentType":5121},"values":{"bufferView":1}}},
+{"bufferView":0,"byteOffset":12,"componentType":5121,"count":3,"type":"VEC4"}"#,
+            )
+            .replace(r#""scene":0"#, r#""skins":[{"joints":[1,0]}],"scene":0"#),
+    );
     let mut text = json("", child).into_bytes();
     text.resize(text.len().next_multiple_of(4), b' ');
     let mut bin: Vec<u8> = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
@@ -367,6 +383,8 @@ fn textures(seeds: &mut Vec<Seed>) {
         ("a.png", image::ImageFormat::Png),
         ("a.bmp", image::ImageFormat::Bmp),
         ("a.jpg", image::ImageFormat::Jpeg),
+        ("a.gif", image::ImageFormat::Gif),
+        ("a.tiff", image::ImageFormat::Tiff),
     ] {
         let mut bytes = std::io::Cursor::new(Vec::new());
         let written = match format {

@@ -1,12 +1,12 @@
 //! The arrays of a mesh, to which shapes are added.
 
-use super::{Surface, buffers::Buffers, materials::display_value, shapes::Shape};
+use super::{Surface, buffers::Buffers, materials::display_value, morphs::Attribute, shapes::Shape};
 use crate::{
     error::{LoadError, SceneError},
     format::{mesh::LINE_VERTICES, textures, vertices::add_position},
     scene::{TriangleMesh, is_usable},
 };
-use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
+use glam::{DMat3, DMat4, DVec4, Vec3};
 use std::ops::Range;
 
 /// A triangle without a material.
@@ -76,22 +76,15 @@ impl Arrays {
             .and_then(|()| budget.reserve(&mut columns.colors, missing_colors))
             .and_then(|()| budget.reserve(&mut columns.uvs, missing_uvs))
             .map_err(|error| buffers.no_room(error))?;
-        self.positions(shape, world).map_err(|(i, error)| {
-            buffers.refused(format!(
-                "accessors[{}]: vertex {} of {}: {error}",
-                shape.positions.accessor,
-                i + 1,
-                shape.positions.count
-            ))
-        })?;
-        self.normals(shape, base, world);
+        let is_mirrored = self.positions(shape, world, buffers)?;
+        self.normals(shape, base, world, buffers)?;
         self.colors(shape, base, buffers)?;
         self.uvs(shape, base);
         shape.add_lines(&mut self.lines, base as u32);
         let triangles = &mut self.columns.triangles;
         let before = triangles.len();
         shape.add_triangles(triangles, base as u32);
-        if world.determinant() < 0.0 {
+        if is_mirrored {
             // Mirrored triangles keep their front.
             triangles[before..]
                 .iter_mut()
@@ -110,46 +103,65 @@ impl Arrays {
         Ok(())
     }
 
-    /// Adds positions. The error has the index of the first unusable one.
-    fn positions(&mut self, shape: &Shape<'_>, world: &DMat4) -> Result<(), (usize, SceneError)> {
-        let columns = &mut self.columns;
-        let is_identity = *world == DMat4::IDENTITY;
+    /// Adds positions. Returns whether the shape is mirrored: one with joints as its first vertex is.
+    fn positions(
+        &mut self,
+        shape: &Shape<'_>,
+        world: &DMat4,
+        buffers: &Buffers<'_>,
+    ) -> Result<bool, LoadError> {
+        let mut is_mirrored = None;
         let mut reach = 0.0_f32;
+        let is_identity = *world == DMat4::IDENTITY && !shape.is_skinned();
         for i in shape.used() {
+            let matrix = shape.matrix(i, world, buffers)?;
+            is_mirrored.get_or_insert_with(|| matrix.determinant() < 0.0);
             let position = shape.positions.vector(i);
             reach = position.iter().fold(reach, |reach, x| reach.max(x.abs()));
+            let position = shape.morphed(Attribute::Position, i, position);
             let position = if is_identity {
                 position
             } else {
-                let [x, y, z] = position.map(f64::from);
-                (*world * DVec4::new(x, y, z, 1.0))
-                    .truncate()
-                    .as_vec3()
-                    .to_array()
+                (matrix * position.extend(1.0)).truncate()
             };
-            add_position(columns, position).map_err(|error| (i, error))?;
+            add_position(&mut self.columns, position.as_vec3().to_array()).map_err(|error| {
+                buffers.refused(format!(
+                    "accessors[{}]: vertex {} of {}: {error}",
+                    shape.positions.accessor,
+                    i + 1,
+                    shape.positions.count
+                ))
+            })?;
         }
         self.reach = self.reach.max(reach * scale(world));
-        Ok(())
+        Ok(is_mirrored.unwrap_or(false))
     }
 
     /// Adds the normals of the vertices from `base` on. Missing and degenerate ones are zero.
-    fn normals(&mut self, shape: &Shape<'_>, base: usize, world: &DMat4) {
+    fn normals(
+        &mut self,
+        shape: &Shape<'_>,
+        base: usize,
+        world: &DMat4,
+        buffers: &Buffers<'_>,
+    ) -> Result<(), LoadError> {
         let columns = &mut self.columns;
         if let Some(normals) = &shape.normals {
-            // Normals transform by the cofactor matrix, which exists for every matrix; its sign would follow the
-            // winding, which a mirror reverses.
-            let m = DMat3::from_mat4(*world);
-            let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
-            let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * m.determinant().signum();
+            let of_world = cofactors(world);
             columns.normals.resize(base, Vec3::ZERO);
-            columns.normals.extend(shape.used().map(|i| {
-                let turned = cofactors * DVec3::from_array(normals.vector(i).map(f64::from));
-                turned.normalize_or_zero().as_vec3()
-            }));
+            for i in shape.used() {
+                let matrix = if shape.is_skinned() {
+                    cofactors(&shape.matrix(i, world, buffers)?)
+                } else {
+                    of_world
+                };
+                let turned = matrix * shape.morphed(Attribute::Normal, i, normals.vector(i));
+                columns.normals.push(turned.normalize_or_zero().as_vec3());
+            }
         } else if self.has_normals {
             columns.normals.resize(columns.x.len(), Vec3::ZERO);
         }
+        Ok(())
     }
 
     /// Adds the colours of the vertices from `base` on, as display values. Missing ones are white.
@@ -160,7 +172,14 @@ impl Arrays {
         if let Some(colors) = &shape.colors {
             columns.colors.resize(base, WHITE);
             for i in shape.used() {
-                let linear = colors.color(i);
+                let mut linear = colors.color(i);
+                if shape.is_morphed() {
+                    let morphed = shape.morphed(Attribute::Color, i, linear);
+                    linear = morphed
+                        .as_vec3()
+                        .to_array()
+                        .map(|channel| channel.clamp(0.0, 1.0));
+                }
                 for (what, value) in ["red", "green", "blue"].into_iter().zip(linear) {
                     if !value.is_finite() {
                         let error = SceneError::NotUsable { what, value };
@@ -186,7 +205,10 @@ impl Arrays {
         if let Some((uvs, placement)) = &shape.uvs {
             columns.uvs.resize(base, [0.0; 2]);
             for i in shape.used() {
-                let [u, v, _] = uvs.vector(i);
+                let [u, v, _] = shape
+                    .morphed(Attribute::TexCoord, i, uvs.vector(i))
+                    .as_vec3()
+                    .to_array();
                 let uv = placement.apply([u, v]);
                 let is_odd = !uv.into_iter().all(is_usable);
                 self.odd_uvs += usize::from(is_odd);
@@ -212,6 +234,14 @@ impl Arrays {
 pub(super) fn scale(world: &DMat4) -> f32 {
     let axes = [world.x_axis, world.y_axis, world.z_axis];
     axes.map(DVec4::length).into_iter().fold(0.0, f64::max) as f32
+}
+
+/// The matrix that normals are transformed by: the cofactors, which exist for every matrix. Their sign would follow the
+/// winding, which a mirror reverses.
+fn cofactors(matrix: &DMat4) -> DMat3 {
+    let m = DMat3::from_mat4(*matrix);
+    let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
+    DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * m.determinant().signum()
 }
 
 /// How much room shapes take, as far as that is known without reading them.

@@ -247,61 +247,83 @@ impl<'a> Buffers<'a> {
 
     /// The elements of an accessor of vectors.
     pub(super) fn vectors(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
-        if !matches!(accessor.dimensions(), Dimensions::Vec3) {
-            let index = accessor.index();
-            return Err(self.refused(format!(
-                "accessors[{index}] holds other elements, expected vectors of 3 numbers"
-            )));
-        }
-        self.elements(accessor)
+        let is_right = accessor.dimensions() == Dimensions::Vec3;
+        self.expected(accessor, is_right, "vectors of 3 numbers")
     }
 
     /// The elements of an accessor of quaternions.
     pub(super) fn quaternions(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
-        if !matches!(accessor.dimensions(), Dimensions::Vec4) {
-            let index = accessor.index();
-            return Err(self.refused(format!(
-                "accessors[{index}] holds other elements, expected quaternions (vectors of 4 numbers)"
-            )));
-        }
-        self.elements(accessor)
+        let is_right = accessor.dimensions() == Dimensions::Vec4;
+        self.expected(accessor, is_right, "quaternions (vectors of 4 numbers)")
     }
 
     /// The elements of an accessor of texture coordinates.
     pub(super) fn pairs(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
-        if !matches!(accessor.dimensions(), Dimensions::Vec2) {
-            let index = accessor.index();
-            return Err(self.refused(format!(
-                "accessors[{index}] holds other elements, expected texture coordinates (vectors of 2 numbers)"
-            )));
-        }
-        self.elements(accessor)
+        let is_right = accessor.dimensions() == Dimensions::Vec2;
+        self.expected(accessor, is_right, "texture coordinates (vectors of 2 numbers)")
     }
 
     /// The elements of an accessor of colours: red, green and blue, perhaps alpha.
     pub(super) fn colors(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
-        let is_color = matches!(accessor.dimensions(), Dimensions::Vec3 | Dimensions::Vec4)
+        let is_right = matches!(accessor.dimensions(), Dimensions::Vec3 | Dimensions::Vec4)
             && matches!(accessor.data_type(), DataType::U8 | DataType::U16 | DataType::F32);
-        if !is_color {
-            let index = accessor.index();
-            return Err(self.refused(format!(
-                "accessors[{index}] holds other elements, expected colours (3 or 4 bytes, unsigned shorts or floats)"
-            )));
-        }
-        self.elements(accessor)
+        self.expected(
+            accessor,
+            is_right,
+            "colours (3 or 4 bytes, unsigned shorts or floats)",
+        )
+    }
+
+    /// The elements of an accessor of differences of colours, which may be negative.
+    pub(super) fn color_differences(
+        &mut self,
+        accessor: &Accessor<'_>,
+    ) -> Result<Rc<Elements<'a>>, LoadError> {
+        let is_right = matches!(accessor.dimensions(), Dimensions::Vec3 | Dimensions::Vec4);
+        self.expected(accessor, is_right, "differences of colours (3 or 4 numbers)")
+    }
+
+    /// The elements of an accessor of the numbers of joints.
+    pub(super) fn joints(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
+        let is_right = accessor.dimensions() == Dimensions::Vec4
+            && matches!(accessor.data_type(), DataType::U8 | DataType::U16);
+        self.expected(accessor, is_right, "joints (4 bytes or unsigned shorts)")
+    }
+
+    /// The elements of an accessor of the weights of joints.
+    pub(super) fn weights(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
+        let is_right = accessor.dimensions() == Dimensions::Vec4
+            && matches!(accessor.data_type(), DataType::U8 | DataType::U16 | DataType::F32);
+        self.expected(accessor, is_right, "weights (4 bytes, unsigned shorts or floats)")
+    }
+
+    /// The elements of an accessor of 4x4 matrices.
+    pub(super) fn matrices(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
+        let is_right = accessor.dimensions() == Dimensions::Mat4 && accessor.data_type() == DataType::F32;
+        self.expected(accessor, is_right, "matrices (16 floats)")
     }
 
     /// The elements of an accessor of indices.
     pub(super) fn indices(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
-        let kind = accessor.data_type();
-        let unsigned = matches!(kind, DataType::U8 | DataType::U16 | DataType::U32);
-        if !unsigned || accessor.dimensions() != Dimensions::Scalar {
-            let index = accessor.index();
-            return Err(self.refused(format!(
-                "accessors[{index}] holds other elements, expected indices (unsigned integers)"
-            )));
+        let is_right = accessor.dimensions() == Dimensions::Scalar
+            && matches!(accessor.data_type(), DataType::U8 | DataType::U16 | DataType::U32);
+        self.expected(accessor, is_right, "indices (unsigned integers)")
+    }
+
+    /// The elements of an accessor, if it has the right type; else an error that says what was expected.
+    fn expected(
+        &mut self,
+        accessor: &Accessor<'_>,
+        is_right: bool,
+        expected: &str,
+    ) -> Result<Rc<Elements<'a>>, LoadError> {
+        if is_right {
+            return self.elements(accessor);
         }
-        self.elements(accessor)
+        Err(self.refused(format!(
+            "accessors[{}] holds other elements, expected {expected}",
+            accessor.index()
+        )))
     }
 
     fn elements(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {

@@ -306,7 +306,12 @@ fn over_limit(buffers: &Buffers<'_>) -> LoadError {
 fn is_read(semantic: &Semantic) -> bool {
     matches!(
         semantic,
-        Semantic::Positions | Semantic::Normals | Semantic::Colors(0) | Semantic::TexCoords(_)
+        Semantic::Positions
+            | Semantic::Normals
+            | Semantic::Colors(0)
+            | Semantic::TexCoords(_)
+            | Semantic::Joints(_)
+            | Semantic::Weights(_)
     )
 }
 

@@ -59,6 +59,16 @@ impl Elements<'_> {
         }
     }
 
+    /// The numbers of the joints of vertex `i`.
+    pub(super) fn joints(&self, i: usize) -> [usize; 4] {
+        let mut joints = [0; 4];
+        let numbers = self.bytes(i).chunks_exact(self.kind.size());
+        for (joint, bytes) in joints.iter_mut().zip(numbers) {
+            *joint = number(self.kind, bytes) as usize;
+        }
+        joints
+    }
+
     /// Index `i`.
     pub(super) fn index(&self, i: usize) -> u32 {
         number(self.kind, self.bytes(i)) as u32

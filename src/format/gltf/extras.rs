@@ -37,7 +37,6 @@ pub(super) fn is_cloud(root: &Root) -> bool {
 pub(super) fn left_out(root: &Root, is_cloud: bool) -> LeftOut {
     let mut left_out = LeftOut::default();
     left_out.count(root.animations.len(), "animation", "animations");
-    left_out.count(root.skins.len(), "skin", "skins");
     if root.textures.is_empty() {
         left_out.count(root.images.len(), "image", "images");
     }
@@ -72,9 +71,6 @@ pub(super) fn left_out(root: &Root, is_cloud: bool) -> LeftOut {
         "primitive without positions",
         "primitives without positions",
     );
-    if primitives().any(|p| p.targets.as_ref().is_some_and(|targets| !targets.is_empty())) {
-        left_out.add("morph targets");
-    }
     if primitives().any(|p| has(p, |semantic| matches!(semantic, Semantic::Colors(1..)))) {
         left_out.add("more vertex colours");
     }

@@ -1,8 +1,8 @@
 //! glTF 2.0: JSON with external or embedded buffers, or one binary file (.glb).
 //!
 //! Reads the triangles, strips and fans, or else the points and lines, of all nodes of the default scene, with transforms,
-//! vertex colours, materials, textures, punctual lights and cameras. [`extras`] lists what it does not read. [`sharing`]
-//! decides which meshes are stored once.
+//! vertex colours, skins and morph targets in the stored pose, materials, textures, punctual lights and cameras. [`extras`]
+//! lists what it does not read. [`sharing`] decides which meshes are stored once.
 //!
 //! The gltf crate parses the JSON and checks its references. [`buffers`] reads the bytes and checks every access: the
 //! crate's own readers trust offsets and counts.
@@ -19,12 +19,15 @@ mod images;
 mod instancing;
 mod lights;
 mod materials;
+mod morphs;
 mod nodes;
 mod normal_maps;
 mod shapes;
 mod sharing;
+mod skins;
 mod translations;
 mod transmission;
+mod tree;
 
 use super::place::{BYTE_ORDER_MARK, is_utf16};
 use super::{
@@ -115,11 +118,19 @@ pub(super) fn parse(
     let translations = translations::Translations::of(json, budget.offset());
     let document = document(root, path)?;
     let compression = Compression::of(json, path, &document)?;
+    let targets = morphs::MorphTargets::of(json, path, &document)?;
     let transforms = normal_maps::Transforms::of(json);
     let materials = materials::materials(&document, &webp, &transforms);
     let mut buffers = Buffers::new(path, bytes.len(), blob, open, &compression, budget);
     let mut reading = nodes::Reading::new(lights, is_cloud);
-    reading.scene(&document, &materials, (&instancing, &translations), &mut buffers)?;
+    let contents = nodes::Contents {
+        document: &document,
+        materials: &materials,
+        instancing: &instancing,
+        translations: &translations,
+        targets: &targets,
+    };
+    reading.scene(&contents, &mut buffers)?;
     left_out.count(reading.punctual.left_out, "light", "lights");
     left_out.count(reading.cameras_left_out, "camera", "cameras");
     left_out.count(
@@ -269,7 +280,7 @@ fn document(mut root: json::Root, path: &Path) -> Result<Document, LoadError> {
             scene.value()
         )));
     }
-    // What octray does not read may be invalid.
+    // What octray does not read may be invalid, and morph targets are read separately.
     root.animations.clear();
     for accessor in &mut root.accessors {
         (accessor.min, accessor.max) = (None, None);

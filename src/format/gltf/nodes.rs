@@ -6,12 +6,15 @@
 use super::{
     arrays::{Arrays, COLORED, NO_SURFACE, Room, scale},
     buffers::Buffers,
-    instancing::{Instances, Instancing},
+    instancing::Instancing,
     lights::PunctualLights,
     materials::Shown,
-    shapes::{Shape, shapes_of},
+    morphs::MorphTargets,
+    shapes::{Pose, Shape, shapes_of},
     sharing,
+    skins::Skins,
     translations::Translations,
+    tree::{Place, Placement, Tree},
 };
 use crate::{
     error::{LoadError, SceneError},
@@ -22,37 +25,55 @@ use crate::{
         },
         textures,
     },
-    scene::{INSTANCE_BYTES, Light, MAX_INSTANCES, Placing, Projection, Transform, check_memory},
+    scene::{INSTANCE_BYTES, Light, Placing, Projection, Transform, check_memory},
 };
 use glam::{DMat4, DVec3};
-use gltf::Document;
-use std::path::Path;
+use gltf::{Document, Node};
+use std::{
+    collections::{BTreeMap, btree_map::Entry},
+    path::Path,
+};
 
-/// A node with a mesh, a camera or a light, and its transform.
-struct Placement<'a> {
-    node: usize,
-    /// Relative to the offset of the file.
-    world: DMat4,
-    /// The instances of its mesh; `None` for a single placement.
-    instances: Option<Instances<'a>>,
+/// How many steps the skins and morph targets of a small file may take: about a second. A step is a set of joints, or what
+/// a target changes, of one vertex.
+const MOST_POSE_STEPS: usize = 1 << 24;
+
+/// Reading a primitive once more takes as long as this many steps.
+const PRIMITIVE_STEPS: usize = 64;
+
+/// What the nodes of a file refer to.
+pub(super) struct Contents<'c> {
+    pub(super) document: &'c Document,
+    pub(super) materials: &'c [Shown],
+    pub(super) instancing: &'c Instancing,
+    pub(super) translations: &'c Translations,
+    pub(super) targets: &'c MorphTargets<'c>,
 }
 
-impl Placement<'_> {
-    /// How many times it places its mesh.
-    fn count(&self) -> usize {
-        self.instances.as_ref().map_or(1, |instances| instances.count)
-    }
+/// A mesh in one pose. Nodes with the same one may share its triangles.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Variant {
+    mesh: usize,
+    skin: Option<usize>,
+    /// The node whose weights of morph targets are not those of the mesh.
+    weights: Option<usize>,
+}
 
-    /// Where it places its mesh the `i`th time.
-    fn at(&self, i: usize, buffers: &Buffers<'_>) -> Result<DMat4, LoadError> {
-        match &self.instances {
-            Some(instances) => Ok(self.world * instances.transform(i, buffers)?),
-            None => Ok(self.world),
-        }
+impl Variant {
+    /// What a node places; `None` without a mesh.
+    fn of(node: &Node<'_>, targets: &MorphTargets<'_>) -> Option<Self> {
+        let mesh = node.mesh()?;
+        let own = node.weights().filter(|own| Some(*own) != mesh.weights());
+        Some(Self {
+            mesh: mesh.index(),
+            skin: node.skin().map(|skin| skin.index()),
+            weights: own.filter(|_| targets.has(mesh.index())).map(|_| node.index()),
+        })
     }
 }
 
 /// A mesh whose shapes are read.
+#[derive(Default)]
 struct ReadMesh<'a> {
     shapes: Vec<Shape<'a>>,
     triangles: usize,
@@ -80,6 +101,8 @@ pub(super) struct Reading {
     /// How many triangles there are room for, and how many there may be.
     triangles: usize,
     most_triangles: usize,
+    /// How many steps skins and morph targets took.
+    pose_steps: usize,
     cameras: Vec<MeshCamera>,
     lights: Vec<Light>,
     /// Whether the file has points or lines and no triangles.
@@ -105,45 +128,32 @@ impl Reading {
     /// Reads the default scene, else the first one, else all root nodes.
     pub(super) fn scene(
         &mut self,
-        document: &Document,
-        materials: &[Shown],
-        placed: (&Instancing, &Translations),
+        contents: &Contents<'_>,
         buffers: &mut Buffers<'_>,
     ) -> Result<(), LoadError> {
-        let placements = placements(document, &self.punctual, placed, buffers)?;
-        check_instances(&placements, buffers)?;
-        let mut meshes: Vec<Option<ReadMesh<'_>>> = document.meshes().map(|_| None).collect();
+        let document = contents.document;
+        let tree = Tree::of(contents, &self.punctual, buffers)?;
+        let mut skins = Skins::new(&tree.globals);
+        let mut meshes = BTreeMap::new();
         let node_of = |placement: &Placement<'_>| document.nodes().nth(placement.node);
-        for placement in &placements {
-            let Some(mesh) = node_of(placement).and_then(|node| node.mesh()) else {
+        for placement in &tree.placements {
+            let Some(node) = node_of(placement) else { continue };
+            let Some(variant) = Variant::of(&node, contents.targets) else {
                 continue;
             };
-            let shapes = &mut meshes[mesh.index()];
-            if shapes.is_none() {
-                let of_mesh = shapes_of(&mesh, materials, self.is_cloud, buffers)?;
-                *shapes = Some(ReadMesh {
-                    triangles: of_mesh
-                        .iter()
-                        .map(Shape::triangle_count)
-                        .fold(0, usize::saturating_add),
-                    shapes: of_mesh,
-                    placements: 0,
-                    part: None,
-                });
-            }
-            if let Some(shapes) = shapes {
-                shapes.placements += placement.count();
-            }
+            let mesh = match meshes.entry(variant) {
+                Entry::Occupied(mesh) => mesh.into_mut(),
+                Entry::Vacant(place) => place.insert(self.read(&node, contents, &mut skins, buffers)?),
+            };
+            mesh.placements += placement.count();
         }
         self.make_room(&mut meshes, buffers)?;
-        for placement in &placements {
+        for placement in &tree.placements {
             let Some(node) = node_of(placement) else { continue };
-            if let Some(mesh) = node.mesh()
-                && let Some(shapes) = &mut meshes[mesh.index()]
-            {
+            let variant = Variant::of(&node, contents.targets);
+            if let Some(mesh) = variant.and_then(|variant| meshes.get_mut(&variant)) {
                 for i in 0..placement.count() {
-                    let world = placement.at(i, buffers)?;
-                    self.place(shapes, &world, placement.node, buffers)?;
+                    self.place(mesh, &placement.at(i, buffers)?, buffers)?;
                 }
             }
             self.punctual
@@ -158,10 +168,48 @@ impl Reading {
         Ok(())
     }
 
+    /// Reads the mesh of a node in its pose.
+    fn read<'a>(
+        &mut self,
+        node: &Node<'_>,
+        contents: &Contents<'_>,
+        skins: &mut Skins<'_>,
+        buffers: &mut Buffers<'a>,
+    ) -> Result<ReadMesh<'a>, LoadError> {
+        let Some(mesh) = node.mesh() else {
+            return Ok(ReadMesh::default());
+        };
+        let joints = match node.skin() {
+            Some(skin) => Some(skins.joints(&skin, buffers)?),
+            None => None,
+        };
+        let weights = node.weights().or(mesh.weights()).unwrap_or_default();
+        if joints.is_some() || !weights.is_empty() {
+            // The estimate of the JSON has room for each mesh once.
+            let primitives = mesh.primitives().len();
+            let room = buffers.budget().take_array::<Shape<'_>>(primitives + 1);
+            room.map_err(|error| buffers.no_room(error))?;
+            let steps = primitives.saturating_mul(weights.len() + PRIMITIVE_STEPS);
+            self.count_steps(steps, buffers)?;
+        }
+        let pose = Pose {
+            targets: contents.targets,
+            weights,
+            joints,
+        };
+        let shapes = shapes_of(&mesh, contents.materials, self.is_cloud, &pose, buffers)?;
+        let triangles = shapes.iter().map(Shape::triangle_count);
+        Ok(ReadMesh {
+            triangles: triangles.fold(0, usize::saturating_add),
+            shapes,
+            ..ReadMesh::default()
+        })
+    }
+
     /// Decides which meshes are stored once. Refuses too many triangles, and makes room for all others.
     fn make_room(
         &mut self,
-        meshes: &mut [Option<ReadMesh<'_>>],
+        meshes: &mut BTreeMap<Variant, ReadMesh<'_>>,
         buffers: &Buffers<'_>,
     ) -> Result<(), LoadError> {
         let sharing = if self.is_cloud {
@@ -169,15 +217,15 @@ impl Reading {
         } else {
             buffers.budget().sharing()
         };
-        let counts = meshes.iter().map(|mesh| {
-            mesh.as_ref()
-                .map_or([0; 2], |mesh| [mesh.triangles, mesh.placements])
+        // Joints move each skinned mesh on its own.
+        let counts = meshes.iter().map(|(variant, mesh)| match variant.skin {
+            Some(_) => [0; 2],
+            None => [mesh.triangles, mesh.placements],
         });
         let shared = sharing::shared(counts, sharing);
         let (mut baked, mut instances) = (Room::default(), 0);
         let mut stored = Vec::new();
-        for (mesh, is_shared) in meshes.iter_mut().zip(shared) {
-            let Some(mesh) = mesh else { continue };
+        for (mesh, is_shared) in meshes.values_mut().zip(shared) {
             if is_shared {
                 let mut room = Room::default();
                 room.add(&mesh.shapes, 1);
@@ -248,18 +296,23 @@ impl Reading {
     fn place(
         &mut self,
         mesh: &mut ReadMesh<'_>,
-        world: &DMat4,
-        node: usize,
+        place: &Place,
         buffers: &Buffers<'_>,
     ) -> Result<(), LoadError> {
         mesh.placements -= 1;
         let is_baked = match mesh.part {
-            Some(part) => !self.place_part(part, mesh, world, node, buffers)?,
+            Some(part) => !self.place_part(part, mesh, place, buffers)?,
             None => true,
         };
         for shape in &mut mesh.shapes {
             if is_baked {
                 shape.prepare(buffers)?;
+                self.count_steps(shape.pose_steps(), buffers)?;
+                let world = if shape.is_skinned() {
+                    &place.without_node
+                } else {
+                    &place.world
+                };
                 self.baked.place(shape, world, buffers)?;
             }
             if mesh.placements == 0 {
@@ -274,21 +327,22 @@ impl Reading {
         &mut self,
         part: usize,
         mesh: &mut ReadMesh<'_>,
-        world: &DMat4,
-        node: usize,
+        Place { node, world, .. }: &Place,
         buffers: &Buffers<'_>,
     ) -> Result<bool, LoadError> {
-        let part = &mut self.parts[part];
-        let placing = if let Some(placing) = &part.placing {
-            placing
-        } else {
+        if self.parts[part].placing.is_none() {
             for shape in &mut mesh.shapes {
                 shape.prepare(buffers)?;
-                part.arrays.place(shape, &DMat4::IDENTITY, buffers)?;
+                self.count_steps(shape.pose_steps(), buffers)?;
+                let arrays = &mut self.parts[part].arrays;
+                arrays.place(shape, &DMat4::IDENTITY, buffers)?;
                 shape.release(buffers.budget());
             }
-            part.placing.insert(Placing::of(&part.arrays.columns))
-        };
+        }
+        let part = &mut self.parts[part];
+        let placing = part
+            .placing
+            .get_or_insert_with(|| Placing::of(&part.arrays.columns));
         let transform = Transform::from_rows([0, 1, 2].map(|i| world.row(i).to_array()));
         match placing.check(&transform) {
             Ok(()) => {
@@ -310,6 +364,20 @@ impl Reading {
             }
         }
         Ok(true)
+    }
+
+    /// Counts steps of posing meshes. Many nodes, sets and targets may name the same bytes.
+    fn count_steps(&mut self, steps: usize, buffers: &Buffers<'_>) -> Result<(), LoadError> {
+        self.pose_steps = self.pose_steps.saturating_add(steps);
+        let (steps, size) = (self.pose_steps, buffers.size());
+        let most = size.saturating_mul(8).saturating_add(MOST_POSE_STEPS);
+        if steps > most {
+            return Err(buffers.refused(format!(
+                "skins and morph targets take {steps} steps, counted once for each node, expected at most {most} from \
+                 {size} bytes"
+            )));
+        }
+        Ok(())
     }
 
     fn camera(&mut self, name: &str, projection: gltf::camera::Projection<'_>, world: &DMat4, offset: DVec3) {
@@ -414,80 +482,4 @@ fn name_surfaces(surfaces: &mut Vec<Surface>, parts: &mut [Arrays]) {
             }
         }
     }
-}
-
-/// Refuses more instances than the file's size allows: accessors of many nodes may be the same.
-fn check_instances(placements: &[Placement<'_>], buffers: &Buffers<'_>) -> Result<(), LoadError> {
-    let counts = placements
-        .iter()
-        .filter_map(|placement| Some(placement.instances.as_ref()?.count));
-    let (count, size) = (counts.fold(0, usize::saturating_add), buffers.size());
-    let most = size.saturating_mul(8).saturating_add(1 << 16).min(MAX_INSTANCES);
-    if count > most {
-        return Err(buffers.refused(format!(
-            "{count} instances, expected at most {most} from {size} bytes"
-        )));
-    }
-    Ok(())
-}
-
-/// The nodes that place something, in the order of the tree.
-fn placements<'a>(
-    document: &Document,
-    punctual: &PunctualLights,
-    (instancing, translations): (&Instancing, &Translations),
-    buffers: &mut Buffers<'a>,
-) -> Result<Vec<Placement<'a>>, LoadError> {
-    let count = document.nodes().len();
-    let scene = document.default_scene().or_else(|| document.scenes().next());
-    let roots: Vec<usize> = if let Some(scene) = scene {
-        scene.nodes().map(|node| node.index()).collect()
-    } else {
-        let mut is_child = vec![false; count];
-        for child in document.nodes().flat_map(|node| node.children()) {
-            is_child[child.index()] = true;
-        }
-        (0..count).filter(|&i| !is_child[i]).collect()
-    };
-    let mut visited = vec![false; count];
-    let mut placements = Vec::new();
-    // The transforms of nodes that have children; the first is the world's.
-    let mut parents = vec![DMat4::IDENTITY];
-    let offset = buffers.budget().offset();
-    // A stack of nodes with their parents: children pushed in reverse come out in order.
-    let mut waiting: Vec<(usize, usize)> = roots.into_iter().rev().map(|node| (node, 0)).collect();
-    while let Some((i, parent)) = waiting.pop() {
-        let Some(node) = document.nodes().nth(i) else {
-            continue;
-        };
-        if std::mem::replace(&mut visited[i], true) {
-            return Err(buffers.refused(format!("nodes[{i}] has two parents or contains itself")));
-        }
-        let columns = node.transform().matrix();
-        let mut local = DMat4::from_cols_array_2d(&columns.map(|column| column.map(f64::from)));
-        if let Some(translation) = translations.of_node(i) {
-            local.w_axis = translation.extend(1.0);
-        }
-        let world = parents[parent] * local;
-        if node.mesh().is_some() || node.camera().is_some() || punctual.is_at(i) {
-            let instances = match node.mesh() {
-                Some(_) => instancing.at(i, document, buffers)?,
-                None => None,
-            };
-            let mut placed = world;
-            placed.w_axis -= offset.vector().extend(0.0);
-            placements.push(Placement {
-                node: i,
-                world: placed,
-                instances,
-            });
-        }
-        let first = waiting.len();
-        waiting.extend(node.children().map(|child| (child.index(), parents.len())));
-        if waiting.len() > first {
-            waiting[first..].reverse();
-            parents.push(world);
-        }
-    }
-    Ok(placements)
 }

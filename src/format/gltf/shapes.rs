@@ -4,13 +4,25 @@ use super::{
     buffers::Buffers,
     elements::Elements,
     materials::{Placement, Shown},
+    morphs::{self, Attribute, Difference, MorphTargets},
+    skins::{Joints, Skinning},
 };
 use crate::{
     error::LoadError,
     format::{budget::Budget, left_out::counted},
 };
+use glam::{DMat4, DVec3};
 use gltf::{Mesh, Primitive, Semantic, mesh::Mode};
 use std::rc::Rc;
+
+/// What changes the vertices of a mesh.
+pub(super) struct Pose<'p> {
+    pub(super) targets: &'p MorphTargets<'p>,
+    /// The weights of the targets.
+    pub(super) weights: &'p [f32],
+    /// `None` without a skin.
+    pub(super) joints: Option<Joints>,
+}
 
 /// A primitive of triangles, or of points or lines.
 pub(super) struct Shape<'a> {
@@ -29,6 +41,8 @@ pub(super) struct Shape<'a> {
     /// Texture coordinates, one for each position, and how they are moved; `None` if the material shows no texture, or
     /// the file has no coordinates for it.
     pub(super) uvs: Option<(Rc<Elements<'a>>, Placement)>,
+    differences: Vec<Difference<'a>>,
+    skinning: Option<Skinning<'a>>,
     /// `None` if each vertex is a corner.
     indices: Option<Rc<Elements<'a>>>,
     /// From [`Shape::prepare`] until [`Shape::release`].
@@ -48,6 +62,7 @@ pub(super) fn shapes_of<'a>(
     mesh: &Mesh<'_>,
     materials: &[Shown],
     is_cloud: bool,
+    pose: &Pose<'_>,
     buffers: &mut Buffers<'a>,
 ) -> Result<Vec<Shape<'a>>, LoadError> {
     let mut shapes = Vec::new();
@@ -55,7 +70,7 @@ pub(super) fn shapes_of<'a>(
         if is_cloud != is_of_cloud(primitive.mode()) {
             continue;
         }
-        let shape = Shape::new(mesh.index(), &primitive, materials, buffers)?;
+        let shape = Shape::new(mesh.index(), &primitive, materials, pose, buffers)?;
         shapes.extend(shape.filter(|shape| is_cloud || shape.triangle_count() > 0));
     }
     Ok(shapes)
@@ -69,12 +84,31 @@ fn is_of_cloud(mode: Mode) -> bool {
     )
 }
 
+/// Refuses an attribute that not all vertices have. `what` is one element, and several.
+fn check_count(
+    elements: &Elements<'_>,
+    [one, many]: [&str; 2],
+    positions: &Elements<'_>,
+    buffers: &Buffers<'_>,
+) -> Result<(), LoadError> {
+    if elements.count == positions.count {
+        return Ok(());
+    }
+    Err(buffers.refused(format!(
+        "accessors[{}] has {}, but the primitive has {}",
+        elements.accessor,
+        counted(elements.count, one, many),
+        counted(positions.count, "vertex", "vertices")
+    )))
+}
+
 impl<'a> Shape<'a> {
     /// `None` for primitives without positions.
     fn new(
         mesh: usize,
         primitive: &Primitive<'_>,
         materials: &[Shown],
+        pose: &Pose<'_>,
         buffers: &mut Buffers<'a>,
     ) -> Result<Option<Self>, LoadError> {
         let Some(positions) = primitive.get(&Semantic::Positions) else {
@@ -106,13 +140,22 @@ impl<'a> Shape<'a> {
             Some((accessor, placement)) => Some((buffers.pairs(&accessor)?, placement)),
             None => None,
         };
-        if let Some(colors) = colors.as_ref().filter(|colors| colors.count != positions.count) {
-            return Err(buffers.refused(format!(
-                "accessors[{}] has {}, but the primitive has {}",
-                colors.accessor,
-                counted(colors.count, "colour", "colours"),
-                counted(positions.count, "vertex", "vertices")
-            )));
+        if let Some(colors) = &colors {
+            check_count(colors, ["colour", "colours"], &positions, buffers)?;
+        }
+        let uv_set = uvs.as_ref().map(|(_, placement)| placement.set);
+        let (index, targets) = ([mesh, primitive.index()], pose.targets);
+        let differences = targets.of_primitive(index, pose.weights, uv_set, buffers)?;
+        for difference in &differences {
+            let what = ["difference", "differences"];
+            check_count(&difference.elements, what, &positions, buffers)?;
+        }
+        let skinning = match &pose.joints {
+            Some(joints) => Skinning::of(mesh, primitive, joints, buffers)?,
+            None => None,
+        };
+        for elements in skinning.iter().flat_map(Skinning::elements) {
+            check_count(elements, ["element", "elements"], &positions, buffers)?;
         }
         Ok(Some(Self {
             mode: primitive.mode(),
@@ -123,9 +166,46 @@ impl<'a> Shape<'a> {
             normals: normals.filter(|normals| normals.count == positions.count),
             colors,
             positions,
+            differences,
+            skinning,
             indices,
             corners: None,
         }))
+    }
+
+    /// Whether joints place it.
+    pub(super) fn is_skinned(&self) -> bool {
+        self.skinning.is_some()
+    }
+
+    /// Whether morph targets change it.
+    pub(super) fn is_morphed(&self) -> bool {
+        !self.differences.is_empty()
+    }
+
+    /// How many differences and sets of joints place its vertices; 0 before it is prepared.
+    pub(super) fn pose_steps(&self) -> usize {
+        let sets = self.skinning.as_ref().map_or(0, Skinning::set_count);
+        self.used_count()
+            .saturating_mul(sets.saturating_add(self.differences.len()))
+    }
+
+    /// What the morph targets make of an attribute of vertex `i`.
+    pub(super) fn morphed(&self, attribute: Attribute, i: usize, numbers: [f32; 3]) -> DVec3 {
+        let vector = DVec3::from_array(numbers.map(f64::from));
+        if self.is_morphed() {
+            vector + morphs::sum(&self.differences, attribute, i)
+        } else {
+            vector
+        }
+    }
+
+    /// What places vertex `i`, if `world` places the shape.
+    pub(super) fn matrix(&self, i: usize, world: &DMat4, buffers: &Buffers<'_>) -> Result<DMat4, LoadError> {
+        match &self.skinning {
+            Some(skinning) => Ok(*world * skinning.matrix(i, buffers)?),
+            None => Ok(*world),
+        }
     }
 
     fn corner_count(&self) -> usize {

@@ -9,6 +9,7 @@ use std::io;
 mod lights;
 #[cfg(feature = "textures")]
 mod normal_maps;
+mod poses;
 mod sharing;
 
 /// Three positions, a normal each, and indices 0, 1, 2 as bytes.
@@ -192,8 +193,8 @@ fn one_note_lists_all_that_is_left_out() {
     assert_eq!(
         mesh.notes,
         [
-            "folder/a.gltf: left out: 1 animation, 1 skin, 1 set of points, 1 set of \
-             lines, morph targets, vertex alpha, 1 other scene, extensions `KHR_materials_sheen`"
+            "folder/a.gltf: left out: 1 animation, 1 set of points, 1 set of lines, \
+             vertex alpha, 1 other scene, extensions `KHR_materials_sheen`"
         ]
     );
 }

@@ -7,8 +7,10 @@ use super::super::{
     polygon::{self, Cutter, Fans},
     vertices::{NONE, Vertices},
 };
+use super::textures::Shift;
 use crate::{error::quote, scene::TriangleMesh};
 use glam::{DVec3, Vec3};
+use std::collections::HashMap;
 
 /// A corner as written: 1-based, or negative and counted from the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -193,6 +195,44 @@ impl Corners {
                 }
             }
         }
+    }
+
+    /// Moves texture coordinates as the surfaces of triangles say. Moved ones are added to `uvs`, since other surfaces may
+    /// use the same ones.
+    pub(super) fn move_uvs(
+        &mut self,
+        (uvs, surface_of, shifts): (&mut Vec<[f32; 2]>, &[u32], &HashMap<u32, Shift>),
+        budget: &Budget,
+    ) -> Result<(), BudgetError> {
+        // An entry of a map that is half empty.
+        const ENTRY_BYTES: usize = 48;
+        if shifts.is_empty() {
+            return Ok(());
+        }
+        let (count, mut moved) = (uvs.len(), HashMap::new());
+        for (corners, surface) in self.uvs.iter_mut().zip(surface_of) {
+            for corner in corners {
+                let uv = uvs.get(*corner as usize).filter(|_| (*corner as usize) < count);
+                let (uv, shift) = match (uv, shifts.get(surface)) {
+                    (Some(&uv), Some(shift)) => (uv, shift),
+                    (Some(_), None) => continue,
+                    (None, _) => {
+                        *corner = NONE;
+                        continue;
+                    }
+                };
+                let next = uvs.len() as u32;
+                let number = *moved.entry((*corner, *surface)).or_insert(next);
+                if number == next {
+                    budget.take(ENTRY_BYTES)?;
+                    budget.reserve(uvs, 1)?;
+                    uvs.push(shift.apply(uv));
+                }
+                *corner = number;
+            }
+        }
+        budget.give_back(moved.len() * ENTRY_BYTES);
+        Ok(())
     }
 
     /// Moves the corners into a mesh that holds the positions. A position with several normals or texture coordinates

@@ -110,7 +110,8 @@ impl Obj<'_> {
         room.map_err(|error| error.to_string())?;
         let reserved = self.surface_by_name.try_reserve(materials.len());
         reserved.map_err(|_| BudgetError::NoMemory.to_string())?;
-        for (name, surface) in materials {
+        for (name, surface, shift) in materials {
+            self.add_shift(shift).map_err(|error| error.to_string())?;
             self.surface_by_name.insert(name, self.surfaces.len() as u32);
             self.surfaces.push(surface);
         }

@@ -139,6 +139,8 @@ struct Obj<'b> {
     surfaces: Vec<Surface>,
     surface_of: Vec<u32>,
     surface_by_name: HashMap<Vec<u8>, u32>,
+    /// How surfaces place their textures, if not as the file's coordinates say.
+    shifts: HashMap<u32, textures::Shift>,
     current: Option<u32>,
     /// The libraries that have been read, or could not be.
     libraries: HashSet<PathBuf>,
@@ -183,6 +185,7 @@ impl<'b> Obj<'b> {
             surfaces: Vec::new(),
             surface_of: Vec::new(),
             surface_by_name: HashMap::new(),
+            shifts: HashMap::new(),
             current: None,
             libraries: HashSet::new(),
             library_bytes: 0,
@@ -382,6 +385,8 @@ impl<'b> Obj<'b> {
             None => Vec::new(),
         };
         self.corners.cut_concave(&columns);
+        let moved = (&mut self.uvs, &self.surface_of[..], &self.shifts);
+        self.corners.move_uvs(moved, self.budget)?;
         self.corners
             .into_columns(&self.normals, &self.uvs, &mut columns, self.budget)?;
         Ok(LoadedMesh {

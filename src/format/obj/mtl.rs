@@ -9,6 +9,7 @@ use super::super::{
     place::{TextFault, Words, after_mark},
     textures::Images,
 };
+use super::textures::Shift;
 use crate::{
     error::quote,
     scene::{CutOut, MAX_MATERIALS, MAX_NORMAL_SCALE, NormalMap, Opacity, SurfaceTextures, Texture, Wrap},
@@ -27,7 +28,7 @@ const LEAST_OPACITY: f32 = 1.0 / 512.0;
 /// Parts of `map_d` below this are cut out.
 const CUT_OUT_LIMIT: f32 = 0.5;
 
-/// The surfaces by name, at most `most`. If a name comes twice, the last one counts.
+/// The surfaces by name, at most `most`, and how they place their textures. If a name comes twice, the last one counts.
 ///
 /// # Errors
 /// There are too many materials, or they do not fit into the budget.
@@ -38,7 +39,7 @@ pub(super) fn parse(
     (texture_files, images): (&mut Vec<PathBuf>, &mut Images),
     budget: &Budget,
     most: usize,
-) -> Result<Vec<(Vec<u8>, Surface)>, String> {
+) -> Result<Vec<(Vec<u8>, Surface, Shift)>, String> {
     let mut materials: Vec<Reading<'_>> = Vec::new();
     let mut left_out = NotRead::default();
     let (mut start, mut has_faults, mut has_bright) = (after_mark(text), false, false);
@@ -85,7 +86,7 @@ pub(super) fn parse(
                 let file = texture_file(words);
                 add_texture_file(texture_files, path, &file.name());
                 let read = material.read_map(&keyword, &file, (path, &mut *images), budget)?;
-                left_out.moved += usize::from(read && file.is_moved);
+                left_out.turbulent += usize::from(read && file.is_turbulent);
                 if !read && keyword != b"map_ka" {
                     left_out.add_texture(written);
                 }
@@ -119,8 +120,8 @@ pub(super) fn parse(
 struct NotRead<'a> {
     /// Keywords of textures, likewise as those of other statements.
     textures: Vec<&'a [u8]>,
-    /// Textures that are offset or scaled.
-    moved: usize,
+    /// Textures with turbulence.
+    turbulent: usize,
     /// Keywords of other statements, each once, and not more than are listed.
     statements: Vec<&'a [u8]>,
 }
@@ -166,7 +167,12 @@ impl<'a> NotRead<'a> {
             left_out.add(&format!("{what} {}", name_list(self.textures.iter().copied())));
         }
         left_out.count(
-            self.moved,
+            self.turbulent,
+            "turbulence of a texture",
+            "turbulences of textures",
+        );
+        left_out.count(
+            materials.iter().map(Reading::other_shifts).sum(),
             "offset or scale of a texture",
             "offsets or scales of textures",
         );
@@ -201,6 +207,8 @@ struct Reading<'a> {
     has_highlight: bool,
     base: Option<Texture>,
     mask: Option<Texture>,
+    /// How `map_Kd`, `map_d`, `map_Ke`, `map_Ks` and the normal map are placed.
+    shifts: [Option<Shift>; 5],
     /// The files of `map_Kd` and `map_Ka`, as written.
     base_file: Option<&'a [u8]>,
     ambient_file: Option<&'a [u8]>,
@@ -226,6 +234,7 @@ impl<'a> Reading<'a> {
             has_highlight: true,
             base: None,
             mask: None,
+            shifts: [None; 5],
             base_file: None,
             ambient_file: None,
             opaque: None,
@@ -250,18 +259,19 @@ impl<'a> Reading<'a> {
         (path, images): (&Path, &mut Images),
         budget: &Budget,
     ) -> Result<bool, String> {
-        let map = match keyword {
+        let [of_base, of_mask, of_emission, of_specular, of_normals] = &mut self.shifts;
+        let (map, shift) = match keyword {
             b"map_kd" => {
                 self.base_file = Some(file.written);
-                &mut self.base
+                (&mut self.base, of_base)
             }
-            b"map_ks" => &mut self.specular_map,
-            b"map_ke" => &mut self.emission_map,
-            b"map_d" => &mut self.mask,
+            b"map_d" => (&mut self.mask, of_mask),
+            b"map_ke" => (&mut self.emission_map, of_emission),
+            b"map_ks" => (&mut self.specular_map, of_specular),
             // Programs write the name of a normal map after any of these. A height map is told by its pixels.
             b"norm" | b"bump" | b"map_bump" => {
                 self.normal_scale = file.strength;
-                &mut self.normals
+                (&mut self.normals, of_normals)
             }
             b"map_ka" => {
                 self.ambient_file = Some(file.written);
@@ -275,7 +285,19 @@ impl<'a> Reading<'a> {
             wrap: [file.wrap; 2],
             nearest: false,
         });
+        *shift = map.is_some().then_some(file.shift);
         Ok(map.is_some())
+    }
+
+    /// How its textures are placed: all as the first one.
+    fn shift(&self) -> Shift {
+        self.shifts.into_iter().flatten().next().unwrap_or(Shift::NONE)
+    }
+
+    /// How many of its textures should be elsewhere.
+    fn other_shifts(&self) -> usize {
+        let all = self.shifts.iter().flatten();
+        all.filter(|shift| **shift != self.shift()).count()
     }
 
     /// How opaque it is; `None` if it would be invisible. That is mostly a mistake: some programs write `Tr 1` or `d 0` for
@@ -285,7 +307,8 @@ impl<'a> Reading<'a> {
         (opacity >= LEAST_OPACITY).then_some(opacity)
     }
 
-    fn finish(self) -> (Vec<u8>, Surface) {
+    fn finish(self) -> (Vec<u8>, Surface, Shift) {
+        let shift = self.shift();
         // Black under a texture is a placeholder.
         let shows = |map: Option<Texture>, color: [f32; 3]| map.is_some() && color == [0.0; 3];
         let diffuse = match self.diffuse {
@@ -335,7 +358,7 @@ impl<'a> Reading<'a> {
                 }),
             },
         };
-        (self.name, surface)
+        (self.name, surface, shift)
     }
 }
 
@@ -343,8 +366,8 @@ impl<'a> Reading<'a> {
 struct TextureFile<'a> {
     written: &'a [u8],
     wrap: Wrap,
-    /// Whether the texture is offset or scaled.
-    is_moved: bool,
+    shift: Shift,
+    is_turbulent: bool,
     /// The factor of a bump map.
     strength: f32,
 }
@@ -358,16 +381,30 @@ impl TextureFile<'_> {
 /// Reads a texture statement: options, and the file's name.
 fn texture_file(mut words: Words<'_>) -> TextureFile<'_> {
     let mut name = words.rest();
-    let (mut wrap, mut is_moved, mut strength) = (Wrap::Repeat, false, 1.0);
+    let (mut wrap, mut shift, mut is_turbulent) = (Wrap::Repeat, Shift::NONE, false);
+    let mut strength = 1.0;
     while let Some((option @ [b'-', ..], _)) = words.next() {
         match option {
             b"-mm" => _ = words.nth(1),
             b"-bm" => strength = number(&mut words).unwrap_or(1.0),
             b"-o" | b"-s" | b"-t" => {
-                let (mut numbers, still) = (words.clone(), if option == b"-s" { 1.0 } else { 0.0 });
+                // One number or more; the third is for textures with depth.
+                let mut numbers = words.clone();
+                let mut i = 0;
                 while let Some(number) = number(&mut numbers) {
-                    is_moved |= number != still;
+                    let place = match option {
+                        b"-s" => shift.scale.get_mut(i),
+                        b"-o" => shift.offset.get_mut(i),
+                        _ => {
+                            is_turbulent |= number != 0.0;
+                            None
+                        }
+                    };
+                    if let Some(place) = place {
+                        *place = number;
+                    }
                     words = numbers.clone();
+                    i += 1;
                 }
             }
             b"-clamp" => {
@@ -391,7 +428,8 @@ fn texture_file(mut words: Words<'_>) -> TextureFile<'_> {
     TextureFile {
         written: unquoted.unwrap_or(name),
         wrap,
-        is_moved,
+        shift,
+        is_turbulent,
         strength: strength.clamp(-MAX_NORMAL_SCALE, MAX_NORMAL_SCALE),
     }
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::format::mesh::Surface;
 
 fn binary_file(name: &[u8], facets: &[[f32; 9]]) -> Vec<u8> {
     let mut bytes = name.to_vec();
@@ -123,24 +124,74 @@ fn faults() {
     );
 }
 
-#[test]
-fn colours_are_left_out_with_a_note() {
-    let notes = |bytes: &[u8]| {
-        parse(bytes, Path::new("a.stl"), &Budget::unlimited())
-            .expect("a mesh")
-            .notes
-    };
-    let mut attributes = binary_file(b"made by something", &FACETS);
-    assert!(notes(&attributes).is_empty());
-    // Padding.
-    for facet in attributes[HEADER..].chunks_exact_mut(FACET) {
-        facet[FACET - 2..].fill(b' ');
+/// The colours of the facets, and the notes, of a file whose facets have these attributes.
+fn colors(header: &[u8], attributes: &[u16]) -> (Vec<[f32; 3]>, Vec<String>) {
+    let facets: Vec<[f32; 9]> = attributes.iter().map(|_| FACETS[0]).collect();
+    let mut bytes = binary_file(header, &facets);
+    for (facet, attributes) in bytes[HEADER..].chunks_exact_mut(FACET).zip(attributes) {
+        facet[FACET - 2..].copy_from_slice(&attributes.to_le_bytes());
     }
-    assert!(notes(&attributes).is_empty());
-    attributes[HEADER + 2 * FACET - 1] = 0x80;
-    let expected = ["a.stl: left out: facet colours (attribute bytes)"];
-    assert_eq!(notes(&attributes), expected);
-    assert_eq!(notes(&binary_file(b"Magics COLOR=abcd", &FACETS)), expected);
+    let mesh = parse(&bytes, Path::new("a.stl"), &Budget::unlimited()).expect("a mesh");
+    let color = |&surface: &u32| mesh.surfaces[surface as usize].diffuse;
+    (mesh.surface_of.iter().map(color).collect(), mesh.notes)
+}
+
+const NEUTRAL: [f32; 3] = Surface::NEUTRAL.diffuse;
+const RED: [f32; 3] = [1.0, 0.0, 0.0];
+const BLUE: [f32; 3] = [0.0, 0.0, 1.0];
+
+#[test]
+fn colours_of_facets() {
+    // VisCAM and SolidView: bit 15 says that there is one, and red is the highest.
+    let (found, notes) = colors(
+        b"made by something",
+        &[0x8000 | 31 << 10, 0x1f, 0x8000 | 31, 0x8000 | 31 << 10],
+    );
+    assert_eq!(found, [RED, NEUTRAL, BLUE, RED]);
+    assert!(notes.is_empty(), "{notes:?}");
+    // One colour for all.
+    assert_eq!(colors(b"", &[0x801f; 3]).0, [BLUE; 3]);
+    // Magics: bit 15 says that there is none, and red is the lowest.
+    let magics = b"Magics COLOR=\x00\xff\x33\xff,MATERIAL=";
+    let (found, notes) = colors(magics, &[31, 0x8000, 31 << 10, 0xffff]);
+    assert_eq!(found, [RED, [0.0, 1.0, 0.2], BLUE, [0.0, 1.0, 0.2]]);
+    assert!(notes.is_empty(), "{notes:?}");
+    // Only the header's colour is meant.
+    assert_eq!(colors(magics, &[0; 2]).0, [[0.0, 1.0, 0.2]; 2]);
+    // A colour belongs to its facet, also if another one is left out.
+    let mut bytes = binary_file(b"", &[FACETS[0], FACETS[0]]);
+    bytes[HEADER + 12..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
+    for (at, attributes) in [(FACET, 0xfc00_u16), (2 * FACET, 0x801f)] {
+        bytes[HEADER + at - 2..][..2].copy_from_slice(&attributes.to_le_bytes());
+    }
+    let mesh = parse(&bytes, Path::new("a.stl"), &Budget::unlimited()).expect("a mesh");
+    assert_eq!(mesh.surface_of.len(), 1);
+    assert_eq!(mesh.surfaces[mesh.surface_of[0] as usize].diffuse, BLUE);
+}
+
+#[test]
+fn attributes_that_are_no_colours() {
+    // Nothing, and padding.
+    for attributes in [0, 0x2020, 0xffff] {
+        assert_eq!(colors(b"made by something", &[attributes; 2]), (vec![], vec![]));
+    }
+    // A header that ends within its colour.
+    let mut header = [b' '; 80];
+    header[72..].copy_from_slice(b"COLOR=ab");
+    assert_eq!(colors(&header, &[0; 2]), (vec![], vec![]));
+    let (found, notes) = colors(b"", &[1, 2]);
+    assert_eq!(
+        (found.len(), notes),
+        (0, vec!["a.stl: left out: attribute bytes of facets".to_owned()])
+    );
+}
+
+#[test]
+fn colours_beyond_the_first_piece() {
+    let mut attributes = vec![0x801f; PIECE + 1];
+    attributes.push(0xfc00);
+    let (found, _) = colors(b"", &attributes);
+    assert_eq!((found[PIECE], found[PIECE + 1]), (BLUE, RED));
 }
 
 #[test]

@@ -75,11 +75,12 @@ pub(super) fn all(
 
 /// Reads the header and takes the image from the budget.
 fn known<'a>(bytes: &'a [u8], name: &str, content: Content, budget: &Budget) -> Result<Known<'a>, String> {
-    use ImageFormat::{Bmp, Jpeg, Png, Tga, WebP};
+    use ImageFormat::{Bmp, Gif, Jpeg, Png, Tga, Tiff, WebP};
     let by_name = || ImageFormat::from_path(Path::new(name)).ok();
     let format = image::guess_format(bytes).ok().or_else(by_name);
-    let format = format.filter(|format| matches!(format, Png | Jpeg | WebP | Bmp | Tga));
-    let format = format.ok_or("unknown kind of picture, expected PNG, JPEG, WebP, BMP or TGA")?;
+    let format = format.filter(|format| matches!(format, Png | Jpeg | WebP | Bmp | Tga | Gif | Tiff));
+    let expected = "unknown kind of picture, expected PNG, JPEG, WebP, BMP, TGA, GIF or TIFF";
+    let format = format.ok_or(expected)?;
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     reader.limits(limits(HEADER_BYTES));
     let decoder = reader.into_decoder();

@@ -91,19 +91,25 @@ fn gltf(u: Source<'_, '_>, out: &mut String) -> Result<()> {
     let size = u.choose(&["64", "63", "1e9", "18446744073709551615"])?;
     let length = u.int_in_range(1..=5)?;
     let buffer = format!(r#"{{"byteLength":{size},"uri":"{name}"}}"#);
-    let primitive = r#"{"attributes":{"POSITION":0,"NORMAL":0},"indices":1}"#;
     let children = *u.choose(&["", r#","children":[1]"#, r#","children":[0,1,1]"#])?;
-    let node = format!(r#"{{"mesh":0{children}}}"#);
+    let joints = *u.choose(&["", r#","JOINTS_0":2,"WEIGHTS_0":2"#])?;
+    let targets = u.int_in_range(0..=3)?;
+    let targets = copies(r#"{"POSITION":0,"NORMAL":0}"#, targets);
+    let primitive =
+        format!(r#"{{"attributes":{{"POSITION":0,"NORMAL":0{joints}}},"targets":[{targets}],"indices":1}}"#);
+    let pose = *u.choose(&["", r#","skin":0"#, r#","weights":[1,0.5]"#])?;
+    let node = format!(r#"{{"mesh":0{pose}{children}}}"#);
     let roots: Vec<String> = (0..nodes).map(|i| i.to_string()).collect();
     let _ = write!(
         out,
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[{}]}}],"nodes":[{}],
-"meshes":[{{"primitives":[{}]}}],"buffers":[{}],"bufferViews":[{{"buffer":{},"byteLength":60}}],
+"skins":[{{"joints":[0]}}],"meshes":[{{"primitives":[{}]}}],"buffers":[{}],"bufferViews":[{{"buffer":{},"byteLength":60}}],
 "accessors":[{{"componentType":5126,"type":"VEC3","count":{count}{view}{sparse}}},
-{{"componentType":5121,"type":"SCALAR","count":{length},"bufferView":0}}]}}"#,
+{{"componentType":5121,"type":"SCALAR","count":{length},"bufferView":0}},
+{{"componentType":5121,"type":"VEC4","count":{count}{view}}}]}}"#,
         roots.join(","),
         copies(&node, nodes),
-        copies(primitive, primitives),
+        copies(&primitive, primitives),
         copies(&buffer, buffers),
         buffers - 1,
     );

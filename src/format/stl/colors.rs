@@ -1,0 +1,157 @@
+//! Colours of the facets of binary files, in their two attribute bytes: five bits for each channel.
+//!
+//! The 15 lower bits of VisCAM and SolidView are red, green, blue from the highest on; the highest bit says that the facet
+//! has a colour. In files of Materialise Magics, whose header has `COLOR=` and a default, they are blue, green, red, and
+//! the highest bit says that the facet has the default.
+
+use super::{FACET, HEADER, PIECE};
+use crate::format::{
+    budget::{Budget, BudgetError},
+    left_out::LeftOut,
+    mesh::Surface,
+    source::Pieces,
+};
+
+/// Bit 15: a facet's colour counts, or in Magics does not.
+const FLAG: u16 = 1 << 15;
+
+/// Which colours a file has.
+enum Scheme {
+    VisCam,
+    Magics {
+        /// Red, green, blue, alpha of facets without a colour of their own.
+        default: [u8; 4],
+    },
+    /// Attributes of some other kind.
+    Unknown,
+}
+
+/// Colours of facets.
+#[derive(Default)]
+pub(super) struct Colors {
+    pub(super) surfaces: Vec<Surface>,
+    /// By facet; empty if none has a colour.
+    pub(super) surface_of: Vec<u32>,
+}
+
+/// Reads the colours of `count` facets; none if the file has none. `None` if bytes that were there can no longer be read.
+pub(super) fn read(
+    source: &impl Pieces,
+    count: usize,
+    left_out: &mut LeftOut,
+    budget: &Budget,
+) -> Result<Option<Colors>, BudgetError> {
+    match Scheme::of(source, count) {
+        None => Ok(Some(Colors::default())),
+        Some(Scheme::Unknown) => {
+            left_out.add("attribute bytes of facets");
+            Ok(Some(Colors::default()))
+        }
+        Some(scheme) => scheme.read(source, count, budget),
+    }
+}
+
+impl Scheme {
+    /// The scheme of a file with `count` facets, by its header and its first facets; `None` if it has no colours. One value
+    /// in all facets is padding, such as spaces, unless it is a colour.
+    fn of(source: &impl Pieces, count: usize) -> Option<Self> {
+        let (mut header, mut facets) = (Vec::new(), Vec::new());
+        let header = source.piece(0, HEADER - 4, &mut header)?;
+        const KEY: &[u8] = b"COLOR=";
+        if let Some(at) = header.windows(KEY.len()).position(|word| word == KEY)
+            && let Some(&default) = header.get(at + KEY.len()..).and_then(|rest| rest.first_chunk())
+        {
+            return Some(Self::Magics { default });
+        }
+        let facets = source.piece(HEADER, count.min(PIECE) * FACET, &mut facets)?;
+        let mut all = facets.as_chunks().0.iter().map(attributes);
+        let first = all.next()?;
+        let (mut varies, mut has_flag) = (false, first & FLAG != 0);
+        for next in all {
+            varies |= next != first;
+            has_flag |= next & FLAG != 0;
+        }
+        match (has_flag, varies) {
+            (true, true) => Some(Self::VisCam),
+            (true, false) => (first != u16::MAX).then_some(Self::VisCam),
+            (false, true) => Some(Self::Unknown),
+            (false, false) => None,
+        }
+    }
+
+    /// The colour of a facet; `None` if it has none of its own.
+    fn color(&self, attributes: u16) -> Option<[f32; 3]> {
+        let channel = |shift: u32| f32::from(attributes >> shift & 31) / 31.0;
+        let has_flag = attributes & FLAG != 0;
+        match self {
+            Self::VisCam if has_flag => Some([10, 5, 0].map(channel)),
+            Self::Magics { .. } if !has_flag => Some([0, 5, 10].map(channel)),
+            _ => None,
+        }
+    }
+
+    /// What facets without a colour of their own show.
+    fn default(&self) -> Surface {
+        match *self {
+            Self::Magics {
+                default: [red, green, blue, _],
+            } => Surface {
+                diffuse: [red, green, blue].map(|channel| f32::from(channel) / 255.0),
+                ..Surface::WHITE
+            },
+            _ => Surface::NEUTRAL,
+        }
+    }
+
+    /// Reads the colours of `count` facets. `None` if bytes that were there can no longer be read.
+    fn read(
+        &self,
+        source: &impl Pieces,
+        count: usize,
+        budget: &Budget,
+    ) -> Result<Option<Colors>, BudgetError> {
+        /// No surface has been made for a colour.
+        const NONE: u32 = u32::MAX;
+        let mut number_of = vec![NONE; FLAG.into()];
+        let mut colors = Colors::default();
+        budget.reserve(&mut colors.surface_of, count)?;
+        budget.reserve(&mut colors.surfaces, 1)?;
+        colors.surfaces.push(self.default());
+        // Programs that know only the header leave zeros, which would be black.
+        let mut is_all_zero = true;
+        let mut buffer = Vec::new();
+        for start in (0..count).step_by(PIECE) {
+            let length = PIECE.min(count - start);
+            let Some(facets) = source.piece(HEADER + start * FACET, length * FACET, &mut buffer) else {
+                return Ok(None);
+            };
+            for attributes in facets.as_chunks().0.iter().map(attributes) {
+                is_all_zero &= attributes == 0;
+                let mut surface = 0;
+                if let Some(color) = self.color(attributes) {
+                    let number = &mut number_of[usize::from(attributes & !FLAG)];
+                    if *number == NONE {
+                        *number = colors.surfaces.len() as u32;
+                        budget.reserve(&mut colors.surfaces, 1)?;
+                        colors.surfaces.push(Surface {
+                            diffuse: color,
+                            ..Surface::WHITE
+                        });
+                    }
+                    surface = *number;
+                }
+                colors.surface_of.push(surface);
+            }
+        }
+        if is_all_zero {
+            colors.surfaces.truncate(1);
+            colors.surface_of.fill(0);
+        }
+        Ok(Some(colors))
+    }
+}
+
+/// The attribute bytes of a facet.
+fn attributes(facet: &[u8; FACET]) -> u16 {
+    u16::from_le_bytes([facet[FACET - 2], facet[FACET - 1]])
+}
