@@ -153,23 +153,7 @@ fn binary(source: &impl Pieces, path: &Path, budget: &Budget) -> Result<Option<L
     for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
         column.resize(3 * count, 0.0);
     }
-    let pieces = (
-        mesh.x.par_chunks_mut(3 * PIECE),
-        mesh.y.par_chunks_mut(3 * PIECE),
-        mesh.z.par_chunks_mut(3 * PIECE),
-    );
-    let read = pieces
-        .into_par_iter()
-        .enumerate()
-        .try_for_each_init(Vec::new, |buffer, (i, (x, y, z))| {
-            let facets = source.piece(HEADER + i * PIECE * FACET, x.len() / 3 * FACET, buffer)?;
-            let corners = facets.as_chunks::<FACET>().0.iter().flat_map(corners);
-            for (((x, y), z), corner) in x.iter_mut().zip(y).zip(z).zip(corners) {
-                [*x, *y, *z] = corner;
-            }
-            Some(())
-        });
-    if read.is_none() {
+    if read_corners(source, &mut mesh).is_none() {
         return Ok(None);
     }
     let unusable = unusable(&mesh, count, path);
@@ -194,6 +178,26 @@ fn binary(source: &impl Pieces, path: &Path, budget: &Budget) -> Result<Option<L
         mesh.keep_used(unusable, path, budget)?;
     }
     Ok(Some(mesh))
+}
+
+/// Fills the coordinates of a mesh with the corners of all facets. `None` if bytes can no longer be read.
+fn read_corners(source: &impl Pieces, mesh: &mut TriangleMesh) -> Option<()> {
+    let pieces = (
+        mesh.x.par_chunks_mut(3 * PIECE),
+        mesh.y.par_chunks_mut(3 * PIECE),
+        mesh.z.par_chunks_mut(3 * PIECE),
+    );
+    pieces
+        .into_par_iter()
+        .enumerate()
+        .try_for_each_init(Vec::new, |buffer, (i, (x, y, z))| {
+            let facets = source.piece(HEADER + i * PIECE * FACET, x.len() / 3 * FACET, buffer)?;
+            let corners = facets.as_chunks::<FACET>().0.iter().flat_map(corners);
+            for (((x, y), z), corner) in x.iter_mut().zip(y).zip(z).zip(corners) {
+                [*x, *y, *z] = corner;
+            }
+            Some(())
+        })
 }
 
 /// The unusable vertices of a binary file.

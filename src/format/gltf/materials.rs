@@ -2,7 +2,7 @@
 
 use super::{normal_maps::Transforms, transmission::Through};
 use crate::{
-    format::mesh::Surface,
+    format::{left_out::LeftOut, mesh::Surface},
     math::srgb,
     scene::{CutOut, MAX_EMISSION, Opacity, SurfaceTextures, Texture, Wrap},
 };
@@ -91,6 +91,41 @@ pub(super) fn materials(
         .materials()
         .map(|material| shown(&material, webp, transforms))
         .collect()
+}
+
+/// Lists the textures that are not shown; `unsupported` is what those of unknown kinds are called.
+pub(super) fn left_out(materials: &[Shown], unsupported: [&str; 2], left_out: &mut LeftOut) {
+    let count = |is: fn(&Shown) -> bool| materials.iter().filter(|shown| is(shown)).count();
+    let [one, several] = unsupported;
+    left_out.count(count(|shown| shown.is_unsupported), one, several);
+    left_out.count(
+        count(|shown| shown.emission_left_out),
+        "emission texture with a different transform",
+        "emission textures with different transforms",
+    );
+    left_out.count(
+        count(|shown| shown.normals_left_out),
+        "normal map with a different transform",
+        "normal maps with different transforms",
+    );
+    left_out.count(
+        count(|shown| shown.roughness_left_out),
+        "roughness map with a different transform",
+        "roughness maps with different transforms",
+    );
+}
+
+/// For each of a file's images the factor of roughness, if it is a map of that.
+pub(super) fn roughness(materials: &[Shown], images: usize) -> Vec<Option<f32>> {
+    let mut roughness = vec![None; images];
+    for shown in materials {
+        if let Some(map) = shown.surface.textures.specular_map
+            && let Some(of_image) = roughness.get_mut(map.image as usize)
+        {
+            *of_image = shown.roughness;
+        }
+    }
+    roughness
 }
 
 /// The images of WebP textures by texture, which the gltf crate skips; `text` is the JSON.

@@ -46,7 +46,7 @@ use gltf::{
 };
 use materials::Shown;
 use percent_encoding::percent_decode_str;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Extensions that a file may require because octray reads them, or they change nothing that it reads.
 const HARMLESS: [&str; 13] = [
@@ -103,16 +103,10 @@ pub(super) fn parse(
     let mut root = root(json, path)?;
     let is_cloud = extras::is_cloud(&root);
     let mut left_out = extras::left_out(&root, is_cloud);
-    let mut texture_files = Vec::new();
-    for uri in root.images.iter().filter_map(|image| image.uri.as_deref()) {
-        if !uri.starts_with("data:") {
-            let file = percent_decode_str(uri).decode_utf8_lossy();
-            add_texture_file(&mut texture_files, path, &file);
-        }
-    }
+    let texture_files = texture_files(&root, path);
     let sources = images::sources(&mut root);
     let webp = materials::webp_images(&root, json);
-    let [unsupported, several] = materials::unsupported_textures(&root);
+    let unsupported = materials::unsupported_textures(&root);
     let lights = lights::PunctualLights::of(json);
     let instancing = instancing::Instancing::of(json, path)?;
     let translations = translations::Translations::of(json, budget.offset());
@@ -131,47 +125,41 @@ pub(super) fn parse(
         targets: &targets,
     };
     reading.scene(&contents, &mut buffers)?;
-    left_out.count(reading.punctual.left_out, "light", "lights");
-    left_out.count(reading.cameras_left_out, "camera", "cameras");
-    left_out.count(
-        reading.collapsed,
-        "placement scaled to a line or a point",
-        "placements scaled to lines or points",
-    );
+    reading.list_left_out(&mut left_out);
     transmission::left_out(&document, &mut left_out);
-    let count = |is: fn(&Shown) -> bool| materials.iter().filter(|shown| is(shown)).count();
-    left_out.count(count(|shown| shown.is_unsupported), unsupported, several);
-    left_out.count(
-        count(|shown| shown.emission_left_out),
-        "emission texture with a different transform",
-        "emission textures with different transforms",
-    );
-    left_out.count(
-        count(|shown| shown.normals_left_out),
-        "normal map with a different transform",
-        "normal maps with different transforms",
-    );
+    materials::left_out(&materials, unsupported, &mut left_out);
     left_out.count(
         reading.odd_uvs(),
         "texture coordinate that is NaN or too large",
         "texture coordinates that are NaN or too large",
     );
-    left_out.count(
-        count(|shown| shown.roughness_left_out),
-        "roughness map with a different transform",
-        "roughness maps with different transforms",
-    );
-    let mut roughness = vec![None; sources.len()];
-    for shown in &materials {
-        if let Some((map, factor)) = shown.surface.textures.specular_map.zip(shown.roughness)
-            && let Some(of_image) = roughness.get_mut(map.image as usize)
-        {
-            *of_image = Some(factor);
-        }
-    }
+    let roughness = materials::roughness(&materials, sources.len());
     let mut mesh = reading.finish(materials, path);
     mesh.notes.extend(left_out.note(path));
     mesh.texture_files = texture_files;
+    let used = used_surfaces(&mesh);
+    let surfaces = (&mut mesh.surfaces[..], &used[..], &roughness[..]);
+    mesh.images = images::read(&sources, &document, &mut buffers, surfaces, &mut mesh.notes);
+    if mesh.images.is_empty() && budget.wants_images() {
+        mesh.arrays_mut().for_each(|columns| columns.uvs = Vec::new());
+    }
+    Ok(mesh)
+}
+
+/// The files of a file's images.
+fn texture_files(root: &json::Root, path: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for uri in root.images.iter().filter_map(|image| image.uri.as_deref()) {
+        if !uri.starts_with("data:") {
+            let file = percent_decode_str(uri).decode_utf8_lossy();
+            add_texture_file(&mut files, path, &file);
+        }
+    }
+    files
+}
+
+/// Which surfaces any triangle has.
+fn used_surfaces(mesh: &LoadedMesh) -> Vec<bool> {
     let mut used = textures::used_surfaces(mesh.surfaces.len(), &mesh.surface_of);
     for part in &mesh.shared {
         let of_part = textures::used_surfaces(used.len(), &part.surface_of);
@@ -179,12 +167,7 @@ pub(super) fn parse(
             .zip(of_part)
             .for_each(|(used, more)| *used |= more);
     }
-    let surfaces = (&mut mesh.surfaces[..], &used[..], &roughness[..]);
-    mesh.images = images::read(&sources, &document, &mut buffers, surfaces, &mut mesh.notes);
-    if mesh.images.is_empty() && budget.wants_images() {
-        mesh.arrays_mut().for_each(|columns| columns.uvs = Vec::new());
-    }
-    Ok(mesh)
+    used
 }
 
 /// The JSON and the buffer of a .glb file.

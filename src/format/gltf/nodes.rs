@@ -19,6 +19,7 @@ use super::{
 use crate::{
     error::{LoadError, SceneError},
     format::{
+        left_out::LeftOut,
         mesh::{
             Cloud, LINE_TRIANGLES, LoadedMesh, MAX_CAMERAS, MeshCamera, SharedMesh, Sharing, Surface, UpAxis,
             UpSource, camera_name, clamped_note, most_triangles,
@@ -109,11 +110,11 @@ pub(super) struct Reading {
     is_cloud: bool,
     has_lines: bool,
     /// The lights of the file.
-    pub(super) punctual: PunctualLights,
+    punctual: PunctualLights,
     /// How many cameras there are beyond the limit.
-    pub(super) cameras_left_out: usize,
+    cameras_left_out: usize,
     /// How many placements of shared meshes collapse them to lines or points.
-    pub(super) collapsed: usize,
+    collapsed: usize,
 }
 
 impl Reading {
@@ -450,6 +451,17 @@ impl Reading {
             notes,
             ..LoadedMesh::default()
         }
+    }
+
+    /// Lists what the nodes place that is not shown.
+    pub(super) fn list_left_out(&self, left_out: &mut LeftOut) {
+        left_out.count(self.punctual.left_out, "light", "lights");
+        left_out.count(self.cameras_left_out, "camera", "cameras");
+        left_out.count(
+            self.collapsed,
+            "placement scaled to a line or a point",
+            "placements scaled to lines or points",
+        );
     }
 
     /// How many texture coordinates are not finite.
