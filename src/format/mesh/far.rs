@@ -29,6 +29,7 @@ const MIN_PIECE: usize = 1 << 14;
 /// Coordinates so far from 0 for their extent that `f32` is coarse.
 pub(crate) struct Coarse {
     /// The largest coordinate.
+    #[cfg_attr(not(feature = "cli"), allow(dead_code, reason = "only the program warns"))]
     pub(crate) far: f32,
     /// The distance between two neighbouring values of `f32` there.
     pub(crate) step: f32,
