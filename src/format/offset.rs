@@ -19,7 +19,8 @@ impl Offset {
         self.0.is_none()
     }
 
-    /// The offset, 0 if there is none.
+    /// The offset; 0 without one.
+    #[cfg(any(feature = "gltf", feature = "threemf"))]
     pub(super) fn vector(self) -> DVec3 {
         self.0.unwrap_or_default()
     }

@@ -27,7 +27,7 @@ impl Scene {
     }
 
     /// Returns the world position that all positions of the scene are relative to but those of cameras: 0, unless
-    /// [`SceneBuilder::set_offset`] has set another.
+    /// [`SceneBuilder::set_offset`](super::SceneBuilder::set_offset) has set another.
     #[must_use]
     pub fn offset(&self) -> DVec3 {
         self.offset

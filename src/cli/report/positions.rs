@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Positions {
     offset: DVec3,
-    /// `None` for as many as tell an `f32` from its neighbours.
+    /// `None`: the fewest that distinguish an `f32` from its neighbours.
     decimals: Option<usize>,
 }
 
@@ -15,7 +15,7 @@ pub(super) struct Positions {
 const MOST_DECIMALS: f64 = 12.0;
 
 impl Positions {
-    /// Those of a scene: far from 0 as many as `f32` has at the ends of its bounds, which are relative to an offset.
+    /// The decimals of a scene. With an offset, the precision of `f32` at the ends of the bounds decides.
     pub(super) fn of(scene: &Scene) -> Self {
         let (offset, bounds) = (scene.offset(), scene.bounds());
         let far = bounds.upper.abs().max(bounds.lower.abs()).max_element();

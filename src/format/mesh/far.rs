@@ -1,9 +1,11 @@
 //! Meshes far from 0, such as those in the coordinates of a map: `f32` would round them in steps that show.
 //!
 //! ```text
-//! read as f32 ── bounds: coarse? ── no: done, as nearly always
-//!                    └─ yes: forget the arrays, read again relative to an offset, in f64 ── finer than f32?
-//!                                                               no: as read at first ──────────┘
+//! read as f32 ── are the bounds coarse?
+//!                  no, nearly always: done
+//!                  yes: free the arrays, read again in f64 relative to an offset ── is any point finer than f32?
+//!                                                                                     yes: done
+//!                                                                                     no: move back, as read at first
 //! ```
 
 use super::{
@@ -27,6 +29,7 @@ const MIN_PIECE: usize = 1 << 14;
 /// Coordinates so far from 0 for their extent that `f32` is coarse.
 pub(crate) struct Coarse {
     /// The largest coordinate.
+    #[cfg_attr(not(feature = "cli"), allow(dead_code, reason = "only the program warns"))]
     pub(crate) far: f32,
     /// The distance between two neighbouring values of `f32` there.
     pub(crate) step: f32,
@@ -84,11 +87,11 @@ pub(in crate::format) fn read(
     Ok(mesh)
 }
 
-/// The offset of a mesh that is coarse: the middle of its box on the axes on which that is far from 0. `None` if its file has
-/// `f32` that are coarse themselves, so far from 0.
+/// The offset of a coarse mesh: the middle of its box on each axis on which the box is far from 0. `None` if the mesh is fine, or
+/// if coordinates that its file has as `f32` reach so far (`single_reach`) that they are coarse themselves.
 fn offset_of(mesh: &LoadedMesh, single_reach: f32) -> Option<DVec3> {
     let bounds = PlacedMesh::bounds(&mesh.placed());
-    // Points that coincide are no mesh whose parts have been rounded away.
+    // Coinciding points of a cloud are left alone; a mesh without extent may have been rounded to a point.
     let is_point = |coarse: &Coarse| coarse.size == 0.0 && mesh.cloud.is_some();
     let coarse = Coarse::of(&bounds).filter(|coarse| !is_point(coarse))?;
     let own = step_at(single_reach);
