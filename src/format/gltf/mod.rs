@@ -44,7 +44,6 @@ use gltf::{
     Document, Glb,
     json::{self, validation::Validate},
 };
-use materials::Shown;
 use percent_encoding::percent_decode_str;
 use std::path::{Path, PathBuf};
 

@@ -1,0 +1,123 @@
+use super::*;
+use proptest::prelude::*;
+
+fn name(pattern: &str, number: Option<u32>) -> String {
+    let name = expand(Path::new(pattern), Path::new("herd/cow.scn"), number);
+    name.into_os_string().into_string().unwrap()
+}
+
+#[test]
+fn stems() {
+    for (scene, expected) in [
+        ("a/b.c.scn", "b.c"),
+        ("b", "b"),
+        (".scn", ".scn"),
+        ("-", "stdin"),
+        ("..", "octray"),
+        ("", "octray"),
+    ] {
+        assert_eq!(stem(Path::new(scene)), expected, "{scene}");
+    }
+}
+
+#[test]
+fn patterns() {
+    for (pattern, number, expected) in [
+        ("a.png", None, "a.png"),
+        ("out/{stem}.png", None, "out/cow.png"),
+        ("{stem}/{stem}{stem}.png", None, "cow/cowcow.png"),
+        ("a-####.png", Some(7), "a-0007.png"),
+        ("a-#.png", Some(12345), "a-12345.png"),
+        ("####", Some(0), "0000"),
+        ("a#b##.png", Some(3), "a#b03.png"),
+        ("a##{stem}.png", Some(3), "a03cow.png"),
+        ("f##/a.png", Some(3), "f##/a.png"),
+        ("f##/a#.png", Some(u32::MAX), "f##/a4294967295.png"),
+        ("a####.png", None, "a####.png"),
+        ("a.png", Some(3), "a.png"),
+        ("{ste#m}", Some(3), "{ste3m}"),
+        ("{{stem}}", None, "{cow}"),
+        ("{stem", None, "{stem"),
+        ("{folder}/{stem}.png", None, "herd/cow.png"),
+        ("{folder}{", None, "herd{"),
+        ("", Some(1), ""),
+        ("ä#ö", Some(1), "ä1ö"),
+    ] {
+        assert_eq!(name(pattern, number), expected, "{pattern}");
+    }
+    let odd = expand(Path::new("{stem}-##.png"), Path::new("a#{folder}.scn"), Some(1));
+    assert_eq!(odd, Path::new("a#{folder}-01.png"));
+}
+
+#[test]
+fn unknown_placeholders() {
+    for (pattern, unknown) in [
+        ("{stem}-{folder}-{pose}.png", None),
+        ("{dir}/{stem}.png", Some("{dir}")),
+        ("{{name}}", Some("{name}")),
+        ("{A}{}{a b}{stem{x", None),
+    ] {
+        assert_eq!(unknown_placeholder(Path::new(pattern)), unknown, "{pattern}");
+    }
+}
+
+#[test]
+fn a_scene_without_a_folder_is_in_the_current_one() {
+    let current = std::env::current_dir().unwrap();
+    assert_eq!(Some(&*folder(Path::new("a.scn"))), current.file_name());
+    assert_eq!(folder(Path::new("-")), "stdin");
+}
+
+#[test]
+fn a_name_is_typed_only_as_a_whole() {
+    let scene = Path::new("s/cow.scn");
+    let turn = Some(Turn { number: 2, count: 9 });
+    for (pattern, turn, expected, origin) in [
+        (None, None, "cow.png", Origin::Derived),
+        (None, turn, "cow-0002.png", Origin::Derived),
+        (Some("a.png"), None, "a.png", Origin::Typed),
+        (Some("a/{stem}.png"), None, "a/cow.png", Origin::Derived),
+        (Some("a-#.png"), turn, "a-2.png", Origin::Derived),
+        (Some("a-#.png"), None, "a-#.png", Origin::Typed),
+    ] {
+        let named = picture(pattern.map(Path::new), scene, turn);
+        assert_eq!(
+            (named.path.as_path(), named.origin),
+            (Path::new(expected), origin)
+        );
+    }
+}
+
+#[test]
+fn other_files_are_named_after_the_picture() {
+    for (path, expected) in [
+        ("b/a.png", Some("b/a.heat.png")),
+        ("a.b.tiff", Some("a.b.heat.tiff")),
+        ("-", None),
+        ("/dev/null", None),
+    ] {
+        let named = aov(Path::new(path), "heat").map(|named| named.path);
+        assert_eq!(named, expected.map(PathBuf::from), "{path}");
+    }
+    let typed = picture(Some(Path::new("b/c.d.jpg")), Path::new("cow.scn"), None);
+    let named = difference(None, Some(&typed), Path::new("cow.scn"), None);
+    assert_eq!(
+        (named.path, named.origin),
+        ("b/c.d-difference.png".into(), Origin::Derived)
+    );
+}
+
+proptest! {
+    #[test]
+    fn any_pattern_gives_a_name(pattern in "[#/{}a-z\u{e4}.]{0,20}(\\{stem\\})?#{0,9}", number: Option<u32>) {
+        let name = name(&pattern, number);
+        if number.is_none() {
+            prop_assert_eq!(name, pattern.replace(STEM, "cow").replace(FOLDER, "herd"));
+        }
+    }
+
+    #[test]
+    fn numbers_sort_as_their_names_do(a in 0u32..10_000, b in 0u32..10_000) {
+        prop_assert_eq!(a.cmp(&b), name("x-####.png", Some(a)).cmp(&name("x-####.png", Some(b))));
+    }
+}
