@@ -17,7 +17,7 @@ use crate::{
     scene::{CutOut, Image, MAX_TEXTURES, NormalMap, SurfaceTextures, Texture},
 };
 use std::{
-    collections::HashMap,
+    collections::{BTreeMap, HashMap},
     ffi::OsStr,
     path::{Component, Path, PathBuf},
     sync::Arc,
@@ -169,30 +169,6 @@ fn images_with_opacity(first: &[Option<usize>], surfaces: &[Surface]) -> Vec<boo
     used
 }
 
-/// Which images, the first of equal ones each, are only normal maps: their bytes are no colours.
-fn images_of_numbers(first: &[Option<usize>], surfaces: &[Surface]) -> Vec<bool> {
-    let (mut numbers, mut colors) = (vec![false; first.len()], vec![false; first.len()]);
-    let mark = |marks: &mut [bool], texture: Texture| {
-        if let Some(&Some(first)) = first.get(texture.image as usize) {
-            marks[first] = true;
-        }
-    };
-    for surface in surfaces {
-        let mut textures = surface.textures;
-        if let Some(map) = textures.normal_map.take() {
-            mark(&mut numbers, map.texture);
-        }
-        for texture in textures.all().into_iter().flatten() {
-            mark(&mut colors, texture);
-        }
-    }
-    numbers
-        .iter()
-        .zip(colors)
-        .map(|(&is, is_color)| is && !is_color)
-        .collect()
-}
-
 /// The factor of highlights whose map is not shown.
 const NEUTRAL_SPECULAR: f32 = 0.5;
 
@@ -274,9 +250,9 @@ pub(super) struct Decoded {
     pub(super) lost_alpha: Vec<usize>,
 }
 
-/// Decodes the images that are used; `path` is the mesh's. Those with a factor in `roughness` are maps of roughness times
-/// that. Surfaces name the images that it returns then, and those that
-/// cannot be decoded become notes.
+/// Decodes the images that are used; `path` is the mesh's. Surfaces with a factor in `roughness`, by their index, take their
+/// specular map from roughness times that. Surfaces name the images that it returns then, and those that cannot be decoded
+/// become notes.
 pub(super) fn decode(
     encoded: &[Option<Encoded<'_>>],
     (surfaces, roughness): (&mut [Surface], &[Option<f32>]),
@@ -287,29 +263,35 @@ pub(super) fn decode(
     if !budget.wants_images() {
         return Decoded::default();
     }
-    let first = first_of_equal(encoded);
+    let uses = name_uses(surfaces, roughness);
+    let of_use = |&(image, _): &Use| encoded.get(image as usize)?.as_ref();
+    let encoded: Vec<Option<&Encoded<'_>>> = uses.iter().map(of_use).collect();
+    let first = first_of_equal(&encoded, &uses);
     let keeps_alpha = images_with_opacity(&first, surfaces);
-    let are_numbers = images_of_numbers(&first, surfaces);
-    let content = |i: usize| match roughness.get(i).copied().flatten() {
-        _ if are_numbers[i] => Content::Numbers,
-        _ if keeps_alpha[i] => Content::ColorsAndAlpha,
-        Some(factor) => Content::Roughness(factor),
-        None => Content::Colors,
+    let content = |(&(_, role), keeps_alpha): (&Use, bool)| match role {
+        Role::Color if keeps_alpha => Content::ColorsAndAlpha,
+        Role::Color => Content::Colors,
+        Role::Normal => Content::Numbers,
+        Role::Roughness(factor) => Content::Roughness(f32::from_bits(factor)),
     };
-    let contents: Vec<Content> = (0..encoded.len()).map(content).collect();
-    let decoded = decoding::all(encoded, &first, &contents, budget);
+    let contents: Vec<Content> = uses.iter().zip(keeps_alpha).map(content).collect();
+    let decoded = decoding::all(&encoded, &first, &contents, budget);
     let (mut images, mut lost_alpha) = (Vec::new(), Vec::new());
     let mut numbers: Vec<Option<u32>> = vec![None; encoded.len()];
     for (i, (encoded, decoded)) in encoded.iter().zip(decoded).enumerate() {
         match (encoded, decoded) {
             (Some(_), Some(Ok((image, loses_alpha)))) => {
-                lost_alpha.extend(loses_alpha.then_some(i));
+                lost_alpha.extend(loses_alpha.then_some(uses[i].0 as usize));
                 numbers[i] = Some(images.len() as u32);
                 images.push(image);
             }
             (Some(encoded), Some(Err(reason))) => {
                 let (path, name) = (clip_path(path), clip(&encoded.name));
-                notes.push(format!("{path}: texture {name} is not shown: {}", clip(&reason)));
+                let note = format!("{path}: texture {name} is not shown: {}", clip(&reason));
+                // An image with several roles is read for each.
+                if notes.last() != Some(&note) {
+                    notes.push(note);
+                }
             }
             _ => numbers[i] = first[i].and_then(|first| numbers[first]),
         }
@@ -320,7 +302,48 @@ pub(super) fn decode(
     Decoded { images, lost_alpha }
 }
 
-/// What an image's pixels are.
+/// What a surface takes an image for.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+enum Role {
+    Color,
+    Normal,
+    /// The bits of a factor.
+    Roughness(u32),
+}
+
+/// The number of an image, and its role.
+type Use = (u32, Role);
+
+/// Lists the images that surfaces show by their roles, ascending, and lets surfaces name these instead of images: an image
+/// with two roles is decoded in two ways.
+fn name_uses(surfaces: &mut [Surface], roughness: &[Option<f32>]) -> Vec<Use> {
+    let role = |surface: usize, place: usize| match (place, roughness.get(surface)) {
+        (SurfaceTextures::NORMAL, _) => Role::Normal,
+        (SurfaceTextures::SPECULAR, Some(Some(factor))) => Role::Roughness(factor.to_bits()),
+        _ => Role::Color,
+    };
+    let mut uses = BTreeMap::new();
+    for (i, surface) in surfaces.iter().enumerate() {
+        for (place, texture) in surface.textures.all().into_iter().enumerate() {
+            if let Some(texture) = texture {
+                uses.insert((texture.image, role(i, place)), 0);
+            }
+        }
+    }
+    for (number, of_use) in uses.values_mut().enumerate() {
+        *of_use = number as u32;
+    }
+    for (i, surface) in surfaces.iter_mut().enumerate() {
+        for (place, texture) in surface.textures.all_mut().into_iter().enumerate() {
+            if let Some(texture) = texture {
+                texture.image = uses[&(texture.image, role(i, place))];
+            }
+        }
+    }
+    uses.into_keys().collect()
+}
+
+/// What an image's pixels become.
 #[derive(Clone, Copy, PartialEq)]
 enum Content {
     Colors,
@@ -330,14 +353,14 @@ enum Content {
     Roughness(f32),
 }
 
-/// For each image the first one with the same bytes, the same part of the same file.
-fn first_of_equal(encoded: &[Option<Encoded<'_>>]) -> Vec<Option<usize>> {
+/// For each use the first one with the same bytes, the same part of the same file, and the same role.
+fn first_of_equal(encoded: &[Option<&Encoded<'_>>], uses: &[Use]) -> Vec<Option<usize>> {
     let mut known = HashMap::new();
     let place = |bytes: &[u8]| (bytes.as_ptr() as usize, bytes.len());
-    let all = encoded.iter().enumerate();
-    all.map(|(i, encoded)| {
+    let all = encoded.iter().zip(uses).enumerate();
+    all.map(|(i, (encoded, (_, role)))| {
         let bytes = encoded.as_ref()?.bytes.as_ref().ok()?;
-        Some(*known.entry(place(bytes)).or_insert(i))
+        Some(*known.entry((place(bytes), *role)).or_insert(i))
     })
     .collect()
 }
@@ -367,9 +390,7 @@ fn renumber(surface: &mut Surface, numbers: &[Option<u32>], images: &[Image]) {
     all.emission_map = all.emission_map.and_then(number);
     all.normal_map = all.normal_map.and_then(|map| {
         let texture = number(map.texture)?;
-        // An image that is a colour somewhere else has the mipmaps of one.
-        let has_numbers = images.get(texture.image as usize)?.has_numbers();
-        has_numbers.then_some(NormalMap { texture, ..map })
+        Some(NormalMap { texture, ..map })
     });
     all.opacity = all.opacity.and_then(|opacity| {
         let map = opacity.map.and_then(number);
@@ -394,7 +415,7 @@ mod decoding {
     use super::{Budget, Content, Encoded, Image};
 
     pub(super) fn all(
-        encoded: &[Option<Encoded<'_>>],
+        encoded: &[Option<&Encoded<'_>>],
         _: &[Option<usize>],
         _: &[Content],
         _: &Budget,

@@ -113,7 +113,8 @@ impl Image {
     }
 
     /// Returns the means of red, green, blue and alpha, bytes.
-    pub(crate) fn mean(&self) -> [u8; 4] {
+    #[must_use]
+    pub fn mean(&self) -> [u8; 4] {
         self.levels.last().map_or([0; 4], |level| level.texels[0])
     }
 

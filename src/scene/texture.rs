@@ -101,29 +101,11 @@ impl SurfaceTextures {
 
     /// The same textures with other images: image `i` becomes `images[i]`, or an invalid index if `images` is too short.
     pub(crate) fn with_images(&self, images: &[u32]) -> Self {
-        let other = |texture: Texture| Texture {
-            image: images.get(texture.image as usize).copied().unwrap_or(u32::MAX),
-            ..texture
-        };
-        Self {
-            base: self.base.map(other),
-            checker: self.checker,
-            cut_out: self.cut_out.map(|cut_out| CutOut {
-                texture: other(cut_out.texture),
-                ..cut_out
-            }),
-            opacity: self.opacity.map(|opacity| Opacity {
-                map: opacity.map.map(other),
-                ..opacity
-            }),
-            emission: self.emission,
-            specular_map: self.specular_map.map(other),
-            emission_map: self.emission_map.map(other),
-            normal_map: self.normal_map.map(|map| NormalMap {
-                texture: other(map.texture),
-                ..map
-            }),
+        let mut other = *self;
+        for texture in other.all_mut().into_iter().flatten() {
+            texture.image = images.get(texture.image as usize).copied().unwrap_or(u32::MAX);
         }
+        other
     }
 
     /// Rejects constants out of range and missing images.
@@ -172,6 +154,24 @@ impl SurfaceTextures {
             self.specular_map,
             self.emission_map,
             self.normal_map.map(|map| map.texture),
+        ]
+    }
+
+    /// The place of the specular map in [`SurfaceTextures::all`].
+    pub(crate) const SPECULAR: usize = 3;
+
+    /// The place of the normal map in [`SurfaceTextures::all`].
+    pub(crate) const NORMAL: usize = 5;
+
+    /// Returns all textures, in the same order.
+    pub(crate) fn all_mut(&mut self) -> [Option<&mut Texture>; 6] {
+        [
+            self.base.as_mut(),
+            self.cut_out.as_mut().map(|cut_out| &mut cut_out.texture),
+            self.opacity.as_mut().and_then(|opacity| opacity.map.as_mut()),
+            self.specular_map.as_mut(),
+            self.emission_map.as_mut(),
+            self.normal_map.as_mut().map(|map| &mut map.texture),
         ]
     }
 

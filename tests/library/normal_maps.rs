@@ -213,23 +213,24 @@ fn obj_materials() {
         .map(|texel| [texel[2], texel[2], texel[2], 255])
         .collect();
     let (normals, heights) = (png(&texels()), png(&heights));
+    let load = |material: &str, bytes: &[u8]| {
+        let text = "mtllib a.mtl\nusemtl a\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\n\
+            vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
+        let loaded = mesh::parse(text.into(), Path::new("a.obj"), &mut |path| match path.to_str() {
+            Some("a.mtl") => Ok(format!("newmtl a\nKd 1 1 1\n{material}\n").into()),
+            Some("a.png") => Ok(bytes.to_vec()),
+            _ => Err(io::ErrorKind::NotFound.into()),
+        });
+        loaded.expect("a mesh")
+    };
     for keyword in ["norm", "bump -bm 0.5", "map_Bump -bm 0.5"] {
-        let material = format!("newmtl a\nKd 1 1 1\n{keyword} a.png\n");
-        let load = |bytes: &Vec<u8>| {
-            let text = "mtllib a.mtl\nusemtl a\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\n\
-                vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
-            let loaded = mesh::parse(text.into(), Path::new("a.obj"), &mut |path| match path.to_str() {
-                Some("a.mtl") => Ok(material.clone().into()),
-                Some("a.png") => Ok(bytes.clone()),
-                _ => Err(io::ErrorKind::NotFound.into()),
-            });
-            loaded.expect("a mesh")
-        };
-        let mesh = load(&normals);
+        // The image may be a colour, too.
+        let material = format!("map_Kd a.png\n{keyword} a.png");
+        let mesh = load(&material, &normals);
         assert!(mesh.notes.is_empty(), "{:?}", mesh.notes);
         let map = mesh.surfaces[0].textures.normal_map.expect("a map");
         assert_eq!(map.scale, if keyword == "norm" { 1.0 } else { 0.5 });
-        let mesh = load(&heights);
+        let mesh = load(&material, &heights);
         assert_eq!(
             mesh.notes,
             [
@@ -237,5 +238,13 @@ fn obj_materials() {
             ]
         );
         assert_eq!(mesh.surfaces[0].textures.normal_map, None);
+    }
+    for (material, notes) in [
+        ("norm a.png\nbump b.png", &["a.mtl: left out: texture `bump`"][..]),
+        ("bump b.png\nnorm a.png", &[]),
+    ] {
+        let mesh = load(material, &normals);
+        assert_eq!(mesh.notes, notes);
+        assert!(mesh.surfaces[0].textures.normal_map.is_some());
     }
 }

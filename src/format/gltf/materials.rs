@@ -115,19 +115,6 @@ pub(super) fn left_out(materials: &[Shown], unsupported: [&str; 2], left_out: &m
     );
 }
 
-/// For each of a file's images the factor of roughness, if it is a map of that.
-pub(super) fn roughness(materials: &[Shown], images: usize) -> Vec<Option<f32>> {
-    let mut roughness = vec![None; images];
-    for shown in materials {
-        if let Some(map) = shown.surface.textures.specular_map
-            && let Some(of_image) = roughness.get_mut(map.image as usize)
-        {
-            *of_image = shown.roughness;
-        }
-    }
-    roughness
-}
-
 /// The images of WebP textures by texture, which the gltf crate skips; `text` is the JSON.
 pub(super) fn webp_images(root: &Root, text: &[u8]) -> Vec<Option<u32>> {
     if !text.windows(WEBP.len()).any(|found| found == WEBP.as_bytes()) {

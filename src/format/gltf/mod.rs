@@ -132,7 +132,7 @@ pub(super) fn parse(
         "texture coordinate that is NaN or too large",
         "texture coordinates that are NaN or too large",
     );
-    let roughness = materials::roughness(&materials, sources.len());
+    let roughness = materials.iter().map(|shown| shown.roughness).collect::<Vec<_>>();
     let mut mesh = reading.finish(materials, path);
     mesh.notes.extend(left_out.note(path));
     mesh.texture_files = texture_files;

@@ -218,6 +218,7 @@ struct Reading<'a> {
     emission_map: Option<Texture>,
     specular_map: Option<Texture>,
     normals: Option<Texture>,
+    has_norm: bool,
     normal_scale: f32,
     /// By its illumination model.
     is_traced: bool,
@@ -242,6 +243,7 @@ impl<'a> Reading<'a> {
             emission_map: None,
             specular_map: None,
             normals: None,
+            has_norm: false,
             normal_scale: 1.0,
             is_traced: false,
         }
@@ -267,8 +269,11 @@ impl<'a> Reading<'a> {
             b"map_d" => (&mut self.mask, of_mask),
             b"map_ke" => (&mut self.emission_map, of_emission),
             b"map_ks" => (&mut self.specular_map, of_specular),
-            // Programs write the name of a normal map after any of these. A height map is told by its pixels.
+            // Programs write the name of a normal map after any of these, so a height map is told by its pixels; `norm` is
+            // never one.
+            b"bump" | b"map_bump" if self.has_norm => return Ok(false),
             b"norm" | b"bump" | b"map_bump" => {
+                self.has_norm = keyword == b"norm";
                 self.normal_scale = file.strength;
                 (&mut self.normals, of_normals)
             }

@@ -73,7 +73,8 @@ impl Scheme {
         }
         match (has_flag, varies) {
             (true, true) => Some(Self::VisCam),
-            (true, false) => (first != u16::MAX).then_some(Self::VisCam),
+            // Facets that are all black, or all white, have padding rather than colours.
+            (true, false) => (first != FLAG && first != u16::MAX).then_some(Self::VisCam),
             (false, true) => Some(Self::Unknown),
             (false, false) => None,
         }

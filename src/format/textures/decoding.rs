@@ -33,7 +33,7 @@ struct Known<'a> {
 /// Decodes each image that is the first of equal ones; what they are is in `contents`. With each image comes whether it
 /// loses an alpha below 1.
 pub(super) fn all(
-    encoded: &[Option<Encoded<'_>>],
+    encoded: &[Option<&Encoded<'_>>],
     first: &[Option<usize>],
     contents: &[Content],
     budget: &Budget,

@@ -1,4 +1,5 @@
 use super::textured_by;
+use crate::scene::Image;
 
 const BLUE: [u8; 4] = [128, 128, 255, 255];
 const TEXTURES: &str = r#"[{"source":1}]"#;
@@ -12,9 +13,16 @@ fn normal_maps_that_lie_where_the_base_colour_lies() {
             "pbrMetallicRoughness":{{"baseColorTexture":{{"index":0,"texCoord":1,{moved}}}}}}}]"#
         )
     };
-    // The image is a colour, too, so that it has the mipmaps of one.
+    // The image is a colour, too, and so there twice.
     let mesh = textured_by(BLUE, &material(moved), TEXTURES).expect("a mesh");
-    assert_eq!(mesh.surfaces[0].textures.normal_map, None);
+    let kinds: Vec<bool> = mesh.images.iter().map(Image::has_numbers).collect();
+    assert_eq!(kinds, [false, true]);
+    let textures = mesh.surfaces[0].textures;
+    let images = [textures.base, textures.normal_map.map(|map| map.texture)];
+    assert_eq!(
+        images.map(|texture| texture.map(|texture| texture.image)),
+        [Some(0), Some(1)]
+    );
     let alone = material(moved).replace("baseColorTexture", "extras");
     let mesh = textured_by(BLUE, &alone, TEXTURES).expect("a mesh");
     assert!(mesh.notes.is_empty(), "{:?}", mesh.notes);
@@ -39,4 +47,41 @@ fn normal_maps_elsewhere_are_left_out() {
     let unlit = material.replace(r#""pbr"#, r#""extensions":{"KHR_materials_unlit":{}},"pbr"#);
     let mesh = textured_by(BLUE, &unlit, TEXTURES).expect("a mesh");
     assert!(mesh.notes.is_empty() && mesh.surfaces[0].textures.normal_map.is_none());
+}
+
+/// Green is roughness, times each material's own factor; the same image is a colour elsewhere.
+#[test]
+fn roughness_maps() {
+    let material = |factor: f32| {
+        format!(
+            r#"{{"pbrMetallicRoughness":{{"roughnessFactor":{factor},"baseColorTexture":{{"index":0,"texCoord":1}},
+            "metallicRoughnessTexture":{{"index":0,"texCoord":1}}}}}}"#
+        )
+    };
+    for factor in [1.0, 0.25] {
+        let materials = format!(r#""materials":[{},{}]"#, material(factor), material(0.5));
+        let mesh = textured_by([10, 200, 30, 255], &materials, TEXTURES).expect("a mesh");
+        assert!(mesh.notes.is_empty(), "{:?}", mesh.notes);
+        let textures = mesh.surfaces[0].textures;
+        let mean = |texture: Option<crate::scene::Texture>| {
+            mesh.images[texture.expect("a map").image as usize].mean()
+        };
+        assert_eq!(mean(textures.base), [10, 200, 30, 255]);
+        let strength = (255.0 - 200.0 * factor + 0.5) as u8;
+        assert_eq!(mean(textures.specular_map), [strength, strength, strength, 255]);
+        let exponent = crate::format::gltf::materials::exponent(1.0 - f32::from(strength) / 255.0);
+        assert_eq!(mesh.surfaces[0].alpha, exponent);
+    }
+    // A map that is missing: half as rough.
+    let missing = format!(r#""materials":[{}]"#, material(1.0));
+    let mesh = textured_by([10, 200, 30, 255], &missing, r#"[{"source":0}]"#).expect("a mesh");
+    assert_eq!(
+        mesh.notes,
+        ["folder/a.gltf: texture no.png is not shown: file not found"]
+    );
+    assert_eq!(mesh.surfaces[0].textures.specular_map, None);
+    assert_eq!(
+        mesh.surfaces[0].alpha,
+        crate::format::gltf::materials::exponent(0.5)
+    );
 }
