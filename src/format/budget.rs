@@ -50,7 +50,7 @@ pub(super) struct Budget {
     sharing: Sharing,
     /// What coordinates are read relative to; set for the second reading of a mesh far from 0.
     offset: OnceLock<Offset>,
-    /// How far from 0 coordinates of the mesh are that its file has as `f32`: the bits of a number of 0 or more.
+    /// The largest absolute coordinate that the file stores as `f32`, as bits.
     single_reach: AtomicU32,
 }
 
@@ -139,7 +139,7 @@ impl Budget {
         self.offset.get().copied().unwrap_or(Offset::NONE)
     }
 
-    /// Remembers that the mesh's file has `f32` so far from 0: reading it again makes them no finer.
+    /// Records that the file stores coordinates up to `reach` as `f32`, which another reading would not make finer.
     pub(super) fn add_single_reach(&self, reach: f32) {
         // Numbers of 0 or more are ordered as their bits.
         self.single_reach

@@ -1,4 +1,5 @@
-//! The images of a mesh's textures, decoded after the mesh is read, on all threads, each only once.
+//! The images of a mesh's textures, decoded after the mesh is read, on all threads, once for each role: colours, normals, or
+//! roughness times a factor.
 //!
 //! A texture that cannot be shown is a note, not an error: the shape is still shown.
 
@@ -250,9 +251,9 @@ pub(super) struct Decoded {
     pub(super) lost_alpha: Vec<usize>,
 }
 
-/// Decodes the images that are used; `path` is the mesh's. Surfaces with a factor in `roughness`, by their index, take their
-/// specular map from roughness times that. Surfaces name the images that it returns then, and those that cannot be decoded
-/// become notes.
+/// Decodes the used images; `path` is the mesh's. The specular map of a surface with a factor in `roughness`, by its index, is
+/// an image of roughness, times that factor. On return, textures index the returned images, and those that cannot be decoded
+/// are notes.
 pub(super) fn decode(
     encoded: &[Option<Encoded<'_>>],
     (surfaces, roughness): (&mut [Surface], &[Option<f32>]),
@@ -314,8 +315,8 @@ enum Role {
 /// The number of an image, and its role.
 type Use = (u32, Role);
 
-/// Lists the images that surfaces show by their roles, ascending, and lets surfaces name these instead of images: an image
-/// with two roles is decoded in two ways.
+/// Lists each image and role that surfaces use, ascending, and replaces the textures' image numbers by indices into this list:
+/// an image with two roles is decoded twice.
 fn name_uses(surfaces: &mut [Surface], roughness: &[Option<f32>]) -> Vec<Use> {
     let role = |surface: usize, place: usize| match (place, roughness.get(surface)) {
         (SurfaceTextures::NORMAL, _) => Role::Normal,

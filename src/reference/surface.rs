@@ -51,8 +51,7 @@ pub(super) fn mapped(scene: &Scene, hit: &SceneHit, width: f32, mut surface: Sur
             direction: surface.direction,
             width,
         };
-        let side = if surface.from_behind { -1.0 } else { 1.0 };
-        surface.normal = scene.mapped_normal(&map, &point, surface.normal * side) * side;
+        surface.normal = scene.mapped_normal(&map, &point, surface.normal, surface.from_behind);
     }
     surface
 }

@@ -112,10 +112,15 @@ impl Image {
         })
     }
 
-    /// Returns the means of red, green, blue and alpha, bytes.
+    /// Returns the means of the bytes of red, green, blue and alpha over all pixels, rounded.
     #[must_use]
     pub fn mean(&self) -> [u8; 4] {
-        self.levels.last().map_or([0; 4], |level| level.texels[0])
+        let texels = &self.levels[0].texels;
+        let sums = texels.iter().fold([0_u64; 4], |sums, texel| {
+            std::array::from_fn(|channel| sums[channel] + u64::from(texel[channel]))
+        });
+        let count = texels.len() as u64;
+        sums.map(|sum| ((sum + count / 2) / count) as u8)
     }
 
     /// Returns width and height, pixels.

@@ -7,12 +7,10 @@ use crate::{classic, error::SceneError};
 /// that.
 pub const MAX_ALPHA: u32 = 10_000;
 
-/// With [`Scene::ambient_specular`]: the factors of what surfaces reflect straight on, and what they reflect more at grazing
-/// angles.
+/// Factors of reflected ambient light: straight on, and what grazing angles add. See [`Scene::ambient_specular`].
 pub(crate) const AMBIENT_SPECULAR: [f32; 2] = [0.5, 3.0];
 
-/// At most this share of ambient light, times [`AMBIENT_SPECULAR`], is reflected, as by plastic: strong highlights would hide
-/// the colours.
+/// The largest c_s k_s in reflected ambient light, about that of plastic: more would hide the base colour.
 pub(crate) const MOST_POLISH: f32 = 0.08;
 
 /// The range of refractive indices; below 1 for bubbles in a denser medium.

@@ -14,8 +14,8 @@ pub const MAX_NORMAL_SCALE: f32 = 1e3;
 
 /// An image of shading normals, made by [`Image::of_numbers`](super::Image::of_numbers).
 ///
-/// Red, green and blue, 0 to 1 for -1 to 1, are the normal's components to the right of the image, to its top, and along the
-/// surface's own shading normal. Only triangles with texture coordinates have it; glass ignores it.
+/// The bytes 0 to 255 stand for -1 to 1: red is the normal's component towards the image's right, green towards its top, blue
+/// along the surface's shading normal. Only triangles with texture coordinates use it; glass ignores it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalMap {
     /// The image.
@@ -32,16 +32,23 @@ impl NormalMap {
 }
 
 impl Scene {
-    /// Returns the unit shading normal at a hit as the normal map changes it; `normal` is the surface's own one, both on the
-    /// side of the geometric normal.
+    /// Returns the unit shading normal that the map gives at a hit, in world space. `normal` is the surface's own; both are on
+    /// the viewer's side, which is behind the surface if `from_behind`.
     ///
     /// Both modes call it. The tangents are those of the triangle's texture coordinates, made orthogonal to `normal`.
     #[must_use]
-    pub fn mapped_normal(&self, map: &NormalMap, point: &TexturePoint, normal: Vec3) -> Vec3 {
+    pub fn mapped_normal(
+        &self,
+        map: &NormalMap,
+        point: &TexturePoint,
+        normal: Vec3,
+        from_behind: bool,
+    ) -> Vec3 {
         let Primitive::Triangle(i) = self.primitive(point.hit.primitive) else {
             return normal;
         };
-        let own = normal.as_dvec3();
+        let side = if from_behind { -1.0 } else { 1.0 };
+        let own = normal.as_dvec3() * side;
         let Some([right, top]) = self.tangents(i, point, own) else {
             return normal;
         };
@@ -54,7 +61,7 @@ impl Scene {
         let length = dot(sum, sum).sqrt();
         // Opposite components of a filtered map may leave nothing.
         if length > 1e-6 {
-            (sum / length).as_vec3()
+            (sum / length * side).as_vec3()
         } else {
             normal
         }

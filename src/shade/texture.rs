@@ -1,4 +1,5 @@
-//! Textures: factors of base colours, emitted light and normals, ray by ray. Only scenes with textures run this pass.
+//! Textures, ray by ray: factors of base colours and highlights, emitted light, and normals. Only scenes with textures run
+//! this pass.
 
 use super::{
     queue::{HitQueue, RayQueue},
@@ -37,8 +38,8 @@ impl Textured {
     }
 }
 
-/// Multiplies the tints (white by default), changes normals by normal maps, and fills `textured`. `cone` is that of the rays, along their
-/// paths from the camera.
+/// Multiplies the tints (white by default), applies normal maps, and fills `textured`. `cone` is that of the paths from the
+/// camera.
 pub(super) fn pass(
     scene: &Scene,
     (rays, hits, instances): (&RayQueue, &[HitPacket], &[[u32; LANES]]),
@@ -83,14 +84,9 @@ pub(super) fn pass(
             }
             let normal_map = scene.textures_of(hit.primitive).and_then(|all| all.normal_map);
             if let Some(map) = normal_map {
-                let side = if surface.from_behind >> lane & 1 == 0 {
-                    1.0
-                } else {
-                    -1.0
-                };
-                let normal = surface.normal.lane(lane) * side;
-                let mapped = scene.mapped_normal(&map, &point, normal);
-                surface.normal.set(lane, mapped * side);
+                let from_behind = surface.from_behind >> lane & 1 != 0;
+                let mapped = scene.mapped_normal(&map, &point, surface.normal.lane(lane), from_behind);
+                surface.normal.set(lane, mapped);
             }
         }
         textured.emitted.push(emitted);

@@ -97,8 +97,8 @@ impl Objects {
         self.boxes.extend(ids.map(|id| scene.instance_bounds(id)));
     }
 
-    /// The box around the object that is hit, relative to [`Scene::offset`]. Without a hit, or if it is of the ground, the box around all
-    /// objects except the ground.
+    /// The box around the object that is hit, relative to [`Scene::offset`]. Without a hit, or if it is of the ground, the
+    /// box around all objects except the ground.
     #[must_use]
     pub fn bounds(&self, scene: &Scene, under: Option<SceneHit>, up: Axis) -> Aabb {
         let is_ground = self.ground(up);

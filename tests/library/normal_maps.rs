@@ -233,9 +233,7 @@ fn obj_materials() {
         let mesh = load(&material, &heights);
         assert_eq!(
             mesh.notes,
-            [
-                "a.obj: texture a.png is not shown: it is a height map, or something else that is no normal map"
-            ]
+            ["a.obj: texture a.png is not shown: it is not a normal map (perhaps a height map)"]
         );
         assert_eq!(mesh.surfaces[0].textures.normal_map, None);
     }

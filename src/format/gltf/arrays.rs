@@ -32,7 +32,7 @@ pub(super) struct Arrays {
     pub(super) odd_uvs: usize,
     /// How many colours were not from 0 to 1.
     pub(super) clamped: usize,
-    /// How far from 0 the vertices are before they are moved, but scaled.
+    /// The largest absolute coordinate of the vertices as stored, times the scale of their node.
     pub(super) reach: f32,
 }
 

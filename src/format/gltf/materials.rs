@@ -250,7 +250,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
     let Factors {
         base: [red, green, blue, alpha],
         base_map,
-        mut roughness,
+        roughness,
         roughness_map,
         metallic,
     } = factors(material);
@@ -259,6 +259,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
         Through::Body(glass) => Some(glass),
         _ => None,
     };
+    let has_highlight = glass.is_none() && !material.unlit();
     // Glass shows neither its base colour nor a texture of it.
     let base = MapRead::of(base_map.as_ref().filter(|_| glass.is_none()), webp);
     let emissive = MapRead::of(material.emissive_texture().as_ref(), webp);
@@ -273,28 +274,25 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
             .map(|factor| display_emission(factor * strength))
     };
     let placement = base.placement.or(emissive.placement);
-    let (normals, normal_map) = transforms.map(material, webp);
+    let (normals, normal_map) = transforms.map(material, has_highlight, webp);
     let normals_left_out =
         normals.placement.is_some() && placement.is_some_and(|own| normals.placement != Some(own));
+    let roughness_map = roughness_map.filter(|_| has_highlight);
     let rough = MapRead::of(roughness_map.as_ref(), webp);
     let placement = placement.or(normals.placement);
     let roughness_left_out =
         rough.placement.is_some() && placement.is_some_and(|own| rough.placement != Some(own));
-    let specular_map = rough
-        .texture
-        .filter(|_| !roughness_left_out && glass.is_none() && !material.unlit());
-    if roughness_map.is_some() && specular_map.is_none() {
-        roughness *= ROUGHNESS_MAP;
-    }
+    let specular_map = rough.texture.filter(|_| !roughness_left_out);
     let (cut_out, opacity) = coverage(material, alpha, base.texture, through);
     let mut diffuse = [red, green, blue].map(display_value);
     if base.is_unsupported {
         diffuse = tinted(diffuse, Surface::NEUTRAL.diffuse);
     }
-    // The map has the rest.
-    let shine = match specular_map {
-        Some(_) => 1.0,
-        None => 1.0 - roughness.clamp(0.1, 1.0),
+    let shine = match (&roughness_map, specular_map) {
+        // The map has the rest.
+        (Some(_), Some(_)) => 1.0,
+        (Some(_), None) => 1.0 - ROUGHNESS_MAP,
+        _ => 1.0 - roughness.clamp(0.1, 1.0),
     };
     // A metal's highlight has its own colour.
     let metallic = metallic.clamp(0.0, 1.0);
@@ -303,7 +301,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
         diffuse,
         specular: tint.map(|channel| 0.6 * shine * channel),
         // A map that is shown brings its own mean.
-        alpha: exponent(roughness * specular_map.map_or(1.0, |_| ROUGHNESS_MAP)),
+        alpha: exponent(roughness * roughness_map.map_or(1.0, |_| ROUGHNESS_MAP)),
         is_unlit: material.unlit(),
         glass,
         textures: SurfaceTextures {
@@ -314,7 +312,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
             emission,
             specular_map,
             emission_map: emissive.texture.filter(|_| emission != [0.0; 3]),
-            normal_map: normal_map.filter(|_| !normals_left_out && glass.is_none()),
+            normal_map: normal_map.filter(|_| !normals_left_out),
         },
     };
     Shown {

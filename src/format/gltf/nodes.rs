@@ -51,7 +51,7 @@ pub(super) struct Contents<'c> {
     pub(super) targets: &'c MorphTargets<'c>,
 }
 
-/// A mesh in one pose. Nodes with the same one may share its triangles.
+/// A mesh in one pose. Nodes without weights of their own may share its triangles.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Variant {
     mesh: usize,
@@ -374,7 +374,7 @@ impl Reading {
         let most = size.saturating_mul(8).saturating_add(MOST_POSE_STEPS);
         if steps > most {
             return Err(buffers.refused(format!(
-                "skins and morph targets take {steps} steps, counted once for each node, expected at most {most} from \
+                "skins and morph targets change vertices {steps} times, counted for each node, expected at most {most} from \
                  {size} bytes"
             )));
         }

@@ -28,13 +28,14 @@ impl Transforms {
         }
     }
 
-    /// The normal map of a material; `None` without one.
+    /// The normal map of a material; `None` without one, and if the material is not lit, as glass is not.
     pub(super) fn map(
         &self,
         material: &gltf::Material<'_>,
+        is_lit: bool,
         webp: &[Option<u32>],
     ) -> (MapRead, Option<NormalMap>) {
-        let normal = material.normal_texture().filter(|_| !material.unlit());
+        let normal = material.normal_texture().filter(|_| is_lit);
         let placement = normal.as_ref().map(|normal| self.placement(material, normal));
         let image = normal.as_ref().map(NormalTexture::texture);
         let read = MapRead::new(image.as_ref().zip(placement), webp);

@@ -1,7 +1,7 @@
 //! Skins: joints that bend a mesh, in the pose that the file stores.
 //!
-//! Each vertex is placed by the mean of its joints' matrices, by its weights (glTF 2.0, section 3.7.3). The transform of
-//! the node with the mesh does not count.
+//! Each vertex is transformed by the weighted mean of its joints' matrices (glTF 2.0, section 3.7.3). The transform of the
+//! node with the mesh is ignored.
 
 use super::{buffers::Buffers, elements::Elements, tree::contains_itself};
 use crate::{

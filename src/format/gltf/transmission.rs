@@ -95,4 +95,11 @@ pub(super) fn left_out(document: &gltf::Document, left_out: &mut LeftOut) {
         "base colour of glass",
         "base colours of glass",
     );
+    left_out.count(
+        count(|material| {
+            matches!(Through::of(material), Through::Body(_)) && material.normal_texture().is_some()
+        }),
+        "normal map of glass",
+        "normal maps of glass",
+    );
 }

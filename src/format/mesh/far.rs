@@ -62,7 +62,7 @@ pub(in crate::format) fn read(
     let Some(offset) = offset_of(&first, budget.single_reach()) else {
         return Ok(first);
     };
-    // Its images and notes stay; its arrays are freed before others are made.
+    // Its surfaces, images and notes stay; its arrays are freed before others are made.
     first.columns = TriangleMesh::default();
     (first.shared, first.surface_of, first.cloud) = Default::default();
     budget.give_back_to(before);
@@ -87,8 +87,8 @@ pub(in crate::format) fn read(
     Ok(mesh)
 }
 
-/// The offset of a coarse mesh: the middle of its box on each axis on which the box is far from 0. `None` if the mesh is fine, or
-/// if coordinates that its file has as `f32` reach so far (`single_reach`) that they are coarse themselves.
+/// The offset of a coarse mesh: the middle of its box on each axis on which the box is far from 0. `None` if the mesh is
+/// fine, or if coordinates that its file has as `f32` reach so far (`single_reach`) that they are coarse themselves.
 fn offset_of(mesh: &LoadedMesh, single_reach: f32) -> Option<DVec3> {
     let bounds = PlacedMesh::bounds(&mesh.placed());
     // Coinciding points of a cloud are left alone; a mesh without extent may have been rounded to a point.

@@ -60,8 +60,8 @@ pub struct LoadedMesh {
     pub cloud: Option<Cloud>,
     /// The file's perspective cameras, in its own coordinates.
     pub cameras: Vec<MeshCamera>,
-    /// The file's lights, in its own coordinates less `offset`. Their intensities are relative to each other; those that have a position
-    /// fall off.
+    /// The file's lights, in its own coordinates less `offset`. Their intensities are relative to each other; those that have a
+    /// position fall off.
     pub lights: Vec<Light>,
     /// The axis that points up.
     pub up: UpAxis,

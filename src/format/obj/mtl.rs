@@ -1,5 +1,6 @@
-//! Material libraries: `newmtl`, `Kd`, `Ks`, `Ke`, `Ns`, `illum`, `map_Kd`, `map_Ks`, `map_Ke`, `map_d`, `norm`, `bump`, in
-//! upper or lower case. Faults and whatever else a library contains become notes; the mesh is shown all the same.
+//! Material libraries: `newmtl`, `Kd`, `Ks`, `Ke`, `Ns`, `illum`, `d`, `Tr`, and the textures `map_Kd`, `map_Ks`, `map_Ke`,
+//! `map_d`, `norm`, `bump` and `map_Bump`, in upper or lower case. Faults and whatever else a library contains become notes;
+//! the mesh is shown all the same.
 
 use super::super::{
     budget::Budget,

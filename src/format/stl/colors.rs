@@ -24,6 +24,8 @@ enum Scheme {
     },
     /// Attributes of some other kind.
     Unknown,
+    /// No colours.
+    Plain,
 }
 
 /// Colours of facets.
@@ -42,7 +44,8 @@ pub(super) fn read(
     budget: &Budget,
 ) -> Result<Option<Colors>, BudgetError> {
     match Scheme::of(source, count) {
-        None => Ok(Some(Colors::default())),
+        None => Ok(None),
+        Some(Scheme::Plain) => Ok(Some(Colors::default())),
         Some(Scheme::Unknown) => {
             left_out.add("attribute bytes of facets");
             Ok(Some(Colors::default()))
@@ -52,8 +55,8 @@ pub(super) fn read(
 }
 
 impl Scheme {
-    /// The scheme of a file with `count` facets, by its header and its first facets; `None` if it has no colours. One value
-    /// in all facets is padding, such as spaces, unless it is a colour.
+    /// The scheme of a file with `count` facets, by its header and its first facets; `None` as in [`read`]. One value in
+    /// all facets is padding, such as spaces, unless it is a colour.
     fn of(source: &impl Pieces, count: usize) -> Option<Self> {
         let (mut header, mut facets) = (Vec::new(), Vec::new());
         let header = source.piece(0, HEADER - 4, &mut header)?;
@@ -65,19 +68,21 @@ impl Scheme {
         }
         let facets = source.piece(HEADER, count.min(PIECE) * FACET, &mut facets)?;
         let mut all = facets.as_chunks().0.iter().map(attributes);
-        let first = all.next()?;
+        let Some(first) = all.next() else {
+            return Some(Self::Plain);
+        };
         let (mut varies, mut has_flag) = (false, first & FLAG != 0);
         for next in all {
             varies |= next != first;
             has_flag |= next & FLAG != 0;
         }
-        match (has_flag, varies) {
-            (true, true) => Some(Self::VisCam),
+        Some(match (has_flag, varies) {
+            (true, true) => Self::VisCam,
             // Facets that are all black, or all white, have padding rather than colours.
-            (true, false) => (first != FLAG && first != u16::MAX).then_some(Self::VisCam),
-            (false, true) => Some(Self::Unknown),
-            (false, false) => None,
-        }
+            (true, false) if first != FLAG && first != u16::MAX => Self::VisCam,
+            (false, true) => Self::Unknown,
+            (_, false) => Self::Plain,
+        })
     }
 
     /// The colour of a facet; `None` if it has none of its own.

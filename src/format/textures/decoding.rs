@@ -151,7 +151,7 @@ fn normal_map(size: [u32; 2], pixels: Vec<[u8; 4]>) -> Result<Image, String> {
     if blue > red.max(green).saturating_add(16) {
         Ok(image)
     } else {
-        Err("it is a height map, or something else that is no normal map".to_owned())
+        Err("it is not a normal map (perhaps a height map)".to_owned())
     }
 }
 

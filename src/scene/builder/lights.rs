@@ -43,8 +43,8 @@ impl SceneBuilder {
         self.smooth_shadows = smooth_shadows;
     }
 
-    /// Sets whether surfaces with highlights reflect ambient light, too: see [`Scene::ambient_specular`](crate::scene::Scene::ambient_specular).
-    /// Off by default.
+    /// Sets whether surfaces with highlights reflect ambient light, too: see
+    /// [`Scene::ambient_specular`](crate::scene::Scene::ambient_specular). Off by default.
     pub fn set_ambient_specular(&mut self, ambient_specular: bool) {
         self.ambient_specular = ambient_specular;
     }

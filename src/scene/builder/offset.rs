@@ -1,12 +1,12 @@
-//! What positions are relative to.
+//! The offset of a scene far from 0.
 
 use super::{SceneBuilder, usable_point};
 use crate::error::SceneError;
 use glam::DVec3;
 
 impl SceneBuilder {
-    /// Sets the world position that all positions are relative to but those of cameras, so that a scene far from 0 is not
-    /// rounded to coarse steps of `f32`. What was added before is not moved.
+    /// Sets the world position to which all positions added from now on are relative, except those of cameras. It keeps a scene
+    /// far from 0 from being rounded to coarse steps of `f32`.
     ///
     /// # Errors
     /// [`SceneError::NotUsable`] if a coordinate is NaN or too large.
