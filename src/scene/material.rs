@@ -8,6 +8,7 @@ use crate::{classic, error::SceneError};
 pub const MAX_ALPHA: u32 = 10_000;
 
 /// Factors of reflected ambient light: straight on, and what grazing angles add. See [`Scene::ambient_specular`].
+// Tuned: see docs/lab-notes.md#reflected-ambient-light
 pub(crate) const AMBIENT_SPECULAR: [f32; 2] = [0.5, 3.0];
 
 /// The largest c_s k_s in reflected ambient light, about that of plastic: more would hide the base colour.
