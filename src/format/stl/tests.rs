@@ -151,7 +151,7 @@ fn colours_of_facets() {
     assert!(notes.is_empty(), "{notes:?}");
     // One colour for all.
     assert_eq!(colors(b"", &[0x801f; 3]).0, [BLUE; 3]);
-    // Magics: bit 15 says that there is none, and red is the lowest.
+    // Magics: bit 15 means the default, and red is in the lowest bits.
     let magics = b"Magics COLOR=\x00\xff\x33\xff,MATERIAL=";
     let (found, notes) = colors(magics, &[31, 0x8000, 31 << 10, 0xffff]);
     assert_eq!(found, [RED, [0.0, 1.0, 0.2], BLUE, [0.0, 1.0, 0.2]]);

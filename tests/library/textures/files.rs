@@ -61,7 +61,7 @@ fn textures_are_scaled_and_offset() {
         let found = places.map(|place| at(options, place));
         assert_eq!(found, expected.map(rgb), "{options}");
     }
-    // Of a material's textures the first one counts, and turbulence is not shown.
+    // All textures of a material are placed as its first one, and turbulence is not shown.
     let (_, notes) = obj_scene(
         "Kd 1 1 1\nmap_Kd -s 2 2 a.png\nmap_Ke -s 2 a.png\nKe 1 1 1",
         &image,
