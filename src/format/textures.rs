@@ -18,7 +18,7 @@ use crate::{
     scene::{CutOut, Image, MAX_TEXTURES, NormalMap, SurfaceTextures, Texture},
 };
 use std::{
-    collections::{BTreeMap, HashMap},
+    collections::{BTreeMap, HashMap, HashSet},
     ffi::OsStr,
     path::{Component, Path, PathBuf},
     sync::Arc,
@@ -312,22 +312,36 @@ enum Role {
     Roughness(u32),
 }
 
+/// An image with more factors of roughness has them rounded to as many steps, since each is decoded for itself.
+const MOST_FACTORS: usize = 16;
+
 /// The number of an image, and its role.
 type Use = (u32, Role);
 
 /// Lists each image and role that surfaces use, ascending, and replaces the textures' image numbers by indices into this list:
 /// an image with two roles is decoded twice.
 fn name_uses(surfaces: &mut [Surface], roughness: &[Option<f32>]) -> Vec<Use> {
-    let role = |surface: usize, place: usize| match (place, roughness.get(surface)) {
+    let mut factors: HashMap<u32, HashSet<u32>> = HashMap::new();
+    for (surface, factor) in surfaces.iter().zip(roughness) {
+        if let (Some(map), Some(factor)) = (surface.textures.specular_map, factor) {
+            factors.entry(map.image).or_default().insert(factor.to_bits());
+        }
+    }
+    let role = |surface: usize, place: usize, image: u32| match (place, roughness.get(surface)) {
         (SurfaceTextures::NORMAL, _) => Role::Normal,
-        (SurfaceTextures::SPECULAR, Some(Some(factor))) => Role::Roughness(factor.to_bits()),
+        (SurfaceTextures::SPECULAR, Some(Some(factor))) => {
+            let are_many = factors[&image].len() > MOST_FACTORS;
+            let steps = MOST_FACTORS as f32;
+            let rounded = (factor * steps).round() / steps;
+            Role::Roughness(if are_many { rounded } else { *factor }.to_bits())
+        }
         _ => Role::Color,
     };
     let mut uses = BTreeMap::new();
     for (i, surface) in surfaces.iter().enumerate() {
         for (place, texture) in surface.textures.all().into_iter().enumerate() {
             if let Some(texture) = texture {
-                uses.insert((texture.image, role(i, place)), 0);
+                uses.insert((texture.image, role(i, place, texture.image)), 0);
             }
         }
     }
@@ -337,7 +351,7 @@ fn name_uses(surfaces: &mut [Surface], roughness: &[Option<f32>]) -> Vec<Use> {
     for (i, surface) in surfaces.iter_mut().enumerate() {
         for (place, texture) in surface.textures.all_mut().into_iter().enumerate() {
             if let Some(texture) = texture {
-                texture.image = uses[&(texture.image, role(i, place))];
+                texture.image = uses[&(texture.image, role(i, place, texture.image))];
             }
         }
     }

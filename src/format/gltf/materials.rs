@@ -234,7 +234,7 @@ fn factors<'a>(material: &gltf::Material<'a>) -> Factors<'a> {
     Factors {
         base: pbr.base_color_factor(),
         base_map: pbr.base_color_texture(),
-        roughness: pbr.roughness_factor(),
+        roughness: pbr.roughness_factor().clamp(0.0, 1.0),
         roughness_map: pbr.metallic_roughness_texture(),
         metallic: pbr.metallic_factor(),
     }

@@ -85,3 +85,20 @@ fn roughness_maps() {
         crate::format::gltf::materials::exponent(0.5)
     );
 }
+
+/// A small file cannot make a large image be decoded for each of many materials.
+#[test]
+fn many_factors_of_roughness() {
+    let material = |i: usize| {
+        format!(
+            r#"{{"pbrMetallicRoughness":{{"roughnessFactor":{},"metallicRoughnessTexture":{{"index":0,"texCoord":1}}}}}}"#,
+            i as f32 / 1000.0
+        )
+    };
+    for (count, images) in [(16, 16), (1000, 17)] {
+        let all: Vec<String> = (0..count).map(material).collect();
+        let materials = format!(r#""materials":[{}]"#, all.join(","));
+        let mesh = textured_by([10, 200, 30, 255], &materials, TEXTURES).expect("a mesh");
+        assert_eq!(mesh.images.len(), images);
+    }
+}
