@@ -74,50 +74,30 @@
 //! | `embree-bench` | the benchmark against Intel's Embree, loaded at run time | no |
 
 pub use glam;
-pub use math::Aabb;
-pub use query::{Geometry, QueryError, Ray, Rays};
-pub use ray::{Hit, InstanceId, PrimitiveId};
-pub use simd::{Level, LevelError, isa};
+pub use octray_engine::{
+    Aabb, Geometry, Hit, InstanceId, Level, LevelError, PrimitiveId, QueryError, Ray, Rays, isa,
+};
+#[doc(inline)]
+pub use octray_engine::{accel, error, query, render, scene};
+#[doc(hidden)]
+pub use octray_engine::{classic, geometry, lanes, math, ray, reference, shade, trace};
+#[allow(unused_imports, reason = "the bare library needs neither")]
+pub(crate) use octray_engine::{simd, sobol, whole_file};
 
-pub mod accel;
 #[doc(hidden)]
 pub mod bench;
-#[doc(hidden)]
-pub mod classic;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;
-pub mod error;
 pub mod format;
 pub mod generate;
-#[doc(hidden)]
-pub mod geometry;
 #[cfg(feature = "cli")]
 mod heat;
-#[doc(hidden)]
-pub mod lanes;
-#[doc(hidden)]
-pub mod math;
-pub mod query;
-#[doc(hidden)]
-pub mod ray;
-#[doc(hidden)]
-pub mod reference;
-pub mod render;
-pub mod scene;
-#[doc(hidden)]
-pub mod shade;
-pub(crate) mod simd;
-mod sobol;
-#[doc(hidden)]
-pub mod trace;
 #[doc(hidden)]
 pub mod verify;
 #[cfg(feature = "viewer")]
 #[doc(hidden)]
 pub mod viewer;
-#[cfg(feature = "png")]
-mod whole_file;
 
 /// The examples of the documents compile.
 #[cfg(all(doctest, feature = "png"))]

@@ -86,7 +86,7 @@ fn links_lead_somewhere() {
 #[test]
 fn code_names_lab_notes_that_exist() {
     let notes = anchors(&package().join("docs/lab-notes.md"));
-    for file in files(&["src", "benches"], "rs") {
+    for file in files(&["src", "engine/src", "benches"], "rs") {
         let text = fs::read_to_string(&file).expect("a source");
         for name in text.split("docs/lab-notes.md#").skip(1) {
             let name: String = name

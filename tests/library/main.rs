@@ -35,6 +35,8 @@ mod numbers;
 mod odd_scenes;
 mod picture;
 mod planes;
+mod queries;
+mod reference;
 mod replay;
 mod same_hits;
 mod sameness;
@@ -50,6 +52,7 @@ mod strangers_scene;
 mod textures;
 #[cfg(feature = "threemf")]
 mod threemf;
+mod tracer;
 #[cfg(feature = "gltf")]
 mod transmission;
 mod watertight;

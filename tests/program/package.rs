@@ -3,7 +3,7 @@
 use serde_json::Value;
 use std::{collections::BTreeSet, fs, path::Path, process::Command};
 
-/// Limits for the whole package, nearly all of it source, and for one file.
+/// Limits for both packages together, nearly all of it source, and for one file.
 const MAX_BYTES: u64 = 3_500_000;
 const MAX_FILE_BYTES: u64 = 100_000;
 
@@ -30,14 +30,23 @@ fn cargo(arguments: &[&str]) -> String {
     output(env!("CARGO"), &arguments).unwrap_or_else(|error| panic!("cargo {arguments:?}: {error}"))
 }
 
-/// Files of the package. Those that a user rendered or generated in the checkout are not git's and do not count.
+/// Files of the packages `octray` and `octray-engine`, the latter's in `engine/`. Those that a user rendered or generated in
+/// the checkout are not git's and do not count.
 fn packaged_files() -> BTreeSet<String> {
     let tracked = output("git", &["ls-files"]).ok();
     let tracked: Option<BTreeSet<&str>> = tracked.as_ref().map(|list| list.lines().collect());
-    let list = cargo(&["package", "--list", "--allow-dirty"]);
-    list.lines()
-        .filter(|file| tracked.as_ref().is_none_or(|tracked| tracked.contains(file)))
+    let list = |name| cargo(&["package", "--list", "--allow-dirty", "-p", name]);
+    let engine = list("octray-engine");
+    let engine = engine.lines().map(|file| format!("engine/{file}"));
+    list("octray")
+        .lines()
         .map(str::to_owned)
+        .chain(engine)
+        .filter(|file| {
+            tracked
+                .as_ref()
+                .is_none_or(|tracked| tracked.contains(file.as_str()))
+        })
         .collect()
 }
 
@@ -81,6 +90,8 @@ fn the_package_holds_what_its_users_need() {
         "LICENSE-APACHE",
         "src/lib.rs",
         "src/main.rs",
+        "engine/Cargo.toml",
+        "engine/src/lib.rs",
         "docs/scene-language.md",
         // The crate's first example loads it.
         "scenes/reflections.scn",
@@ -120,7 +131,8 @@ fn dependencies_come_from_a_registry() {
         // A dependency from a folder has no source, one from git begins with `git+`.
         let source = dependency.get("source").and_then(toml::Value::as_str);
         assert!(
-            name == "octray" || source.is_some_and(|source| source.starts_with("registry+")),
+            ["octray", "octray-engine"].contains(&name)
+                || source.is_some_and(|source| source.starts_with("registry+")),
             "{name}: {source:?}"
         );
     }

@@ -1,4 +1,4 @@
-//! Named values of options: how the program's own types are spelled on the command line.
+//! Named values of options: how they are spelled on the command line.
 
 use crate::{
     accel::BuildQuality,
@@ -10,6 +10,10 @@ use crate::{
     render::{Filter, Mode, Pattern},
 };
 use clap::{ValueEnum, builder::PossibleValue};
+
+/// A value of one of the library's types.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Choice<T>(pub T);
 
 /// Gives a type's values their names and help texts.
 macro_rules! choices {
@@ -52,21 +56,21 @@ choices! { Style:
     Self::Clay => "clay", "Studio light, one colour for the whole mesh";
 }
 
-choices! { Pattern:
-    Self::Grid => "grid", "A regular grid";
-    Self::Stratified => "stratified", "A random point in each cell of a regular grid";
-    Self::Sobol => "sobol", "A Sobol' sequence, scrambled differently in each pixel";
+choices! { Choice<Pattern>:
+    Self(Pattern::Grid) => "grid", "A regular grid";
+    Self(Pattern::Stratified) => "stratified", "A random point in each cell of a regular grid";
+    Self(Pattern::Sobol) => "sobol", "A Sobol' sequence, scrambled differently in each pixel";
 }
 
-choices! { Filter:
-    Self::Box => "box", "Constant within the pixel";
-    Self::Tent => "tent", "Falls linearly to 0 at a distance of 1 pixel";
-    Self::BlackmanHarris => "blackman-harris", "A bell that falls to 0 at a distance of 1.5 pixels";
+choices! { Choice<Filter>:
+    Self(Filter::Box) => "box", "Constant within the pixel";
+    Self(Filter::Tent) => "tent", "Falls linearly to 0 at a distance of 1 pixel";
+    Self(Filter::BlackmanHarris) => "blackman-harris", "A bell that falls to 0 at a distance of 1.5 pixels";
 }
 
-choices! { Mode:
-    Self::Packet => "packet", "SIMD packets, batched shading";
-    Self::Scalar => "scalar", "One ray at a time";
+choices! { Choice<Mode>:
+    Self(Mode::Packet) => "packet", "SIMD packets, batched shading";
+    Self(Mode::Scalar) => "scalar", "One ray at a time";
 }
 
 choices! { Build:

@@ -1,6 +1,6 @@
 //! What the pixels of a picture hold, and where its samples lie.
 
-use super::values;
+use super::{choices::Choice, values};
 use crate::{
     cli::{
         CliError,
@@ -87,12 +87,12 @@ pub struct SampleArgs {
     /// How the samples of a pixel are placed [default: grid for a square number of samples (1, 4, 9, 16, ...), sobol for
     /// others and for auto]
     #[arg(long, value_enum)]
-    pub pattern: Option<Pattern>,
+    pub pattern: Option<Choice<Pattern>>,
 
     /// How samples are weighted by their distance from the pixel's centre [default: box; tent for meshes,
     /// unless --style plain]
     #[arg(long, value_enum)]
-    pub filter: Option<Filter>,
+    pub filter: Option<Choice<Filter>>,
 }
 
 /// What camera rays that hit nothing return.
@@ -173,7 +173,7 @@ impl SampleArgs {
     /// # Errors
     /// [`CliError::Usage`] if the number does not suit the pattern that was asked for.
     pub fn apply(&self, settings: &mut Settings, is_soft: bool, usual: u32) -> Result<(), CliError> {
-        let regular = self.pattern.filter(|&pattern| pattern != Pattern::Sobol);
+        let regular = self.pattern.filter(|&Choice(pattern)| pattern != Pattern::Sobol);
         let samples = self.samples.unwrap_or(match (is_soft, regular) {
             (true, None) => Samples::Auto(usual),
             _ => Samples::Exactly(usual),
@@ -192,7 +192,7 @@ impl SampleArgs {
             }
         };
         settings.adaptive = matches!(samples, Samples::Auto(_));
-        settings.filter = self.filter.unwrap_or(usual_filter(is_soft));
+        settings.filter = self.filter.map_or(usual_filter(is_soft), |Choice(filter)| filter);
         Ok(())
     }
 
@@ -201,7 +201,7 @@ impl SampleArgs {
         let side = samples.isqrt();
         let is_square = side * side == samples;
         match self.pattern {
-            Some(pattern @ (Pattern::Grid | Pattern::Stratified)) if !is_square => {
+            Some(pattern @ Choice(Pattern::Grid | Pattern::Stratified)) if !is_square => {
                 let [below, above] = [side, side + 1].map(|side| u64::from(side) * u64::from(side));
                 Err(CliError::Usage(format!(
                     "--pattern {} needs a square number of samples: use --samples {below} or {above}, or --pattern sobol \
@@ -209,7 +209,7 @@ impl SampleArgs {
                     name_of(&pattern)
                 )))
             }
-            Some(pattern) => Ok(pattern),
+            Some(Choice(pattern)) => Ok(pattern),
             None => Ok(usual_pattern(samples)),
         }
     }

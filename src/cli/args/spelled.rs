@@ -1,6 +1,9 @@
 //! From settings back to options, for the commands that the window prints.
 
-use super::picture::{name_of, usual_filter, usual_pattern, usual_samples};
+use super::{
+    choices::Choice,
+    picture::{name_of, usual_filter, usual_pattern, usual_samples},
+};
 use crate::{
     classic,
     cli::plan::Style,
@@ -23,10 +26,10 @@ pub fn spelled(settings: &Settings, transfer: Transfer, style: Option<Style>) ->
         options += &format!(" --samples={auto}{samples}");
     }
     if !adaptive && settings.pattern != usual_pattern(samples) {
-        options += &format!(" --pattern={}", name_of(&settings.pattern));
+        options += &format!(" --pattern={}", name_of(&Choice(settings.pattern)));
     }
     if settings.filter != usual_filter(is_soft) {
-        options += &format!(" --filter={}", name_of(&settings.filter));
+        options += &format!(" --filter={}", name_of(&Choice(settings.filter)));
     }
     match (is_soft, transfer) {
         (true, Transfer::Linear) => options += " --linear",

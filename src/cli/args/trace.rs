@@ -1,6 +1,7 @@
 //! How rays are traced and shaded: arguments of `render` and `view`.
 
 use super::{
+    choices::Choice,
     limits::ThreadsArgs,
     values::{self, Size},
 };
@@ -19,8 +20,8 @@ pub struct TraceArgs {
     pub threads: ThreadsArgs,
 
     /// Which code traces rays; the picture is the same
-    #[arg(long, value_enum, default_value_t = Mode::Packet)]
-    pub mode: Mode,
+    #[arg(long, value_enum, default_value_t = Choice(Mode::Packet))]
+    pub mode: Choice<Mode>,
 
     /// How much time building the BVH may take; the picture is the same
     #[arg(long, value_enum, value_name = "QUALITY", default_value_t = Build::Auto)]
@@ -46,7 +47,7 @@ impl TraceArgs {
             height: size.height,
             max_depth: self.max_depth,
             shadows: !self.no_shadows,
-            mode: self.mode,
+            mode: self.mode.0,
             threads: self.threads.count().map(|threads| threads as usize),
             ..Settings::default()
         };

@@ -1,0 +1,38 @@
+//! Ray queries: geometry from arrays, rays in world space, closest hit, any hit, all hits, closest point, inside or
+//! outside.
+//!
+//! ```text
+//! positions, triangles, spheres -> Geometry: scene relative to its centre, BVH
+//! rays (any length, f32 or f64) -> unit rays in f32 (unit) -> many: packets through the tracer (worker)
+//!                                                          -> one: a visit with a sink (sinks, crossings, exact)
+//! points -> in Z order (z_order) -> closest point (nearest)
+//!        -> inside (inside: crossings on the way out)
+//! ```
+//! All hits are those of the canonical test: the same for one ray and for many, at every level, on any number of threads.
+
+mod coordinates;
+mod crossings;
+mod error;
+#[doc(hidden)]
+pub mod exact;
+mod geometry;
+mod inside;
+mod mesh;
+#[doc(hidden)]
+pub mod nearest;
+mod order;
+mod points;
+mod rays;
+#[doc(hidden)]
+pub mod sinks;
+mod starts;
+#[doc(hidden)]
+pub mod unit;
+mod worker;
+mod z_order;
+
+pub use error::QueryError;
+pub use geometry::{AllHits, Geometry, Sphere, SurfacePoint};
+pub use nearest::ClosestPoint;
+pub use rays::{Ends, Points, Ray, Rays};
+pub use worker::Worker;

@@ -1,0 +1,161 @@
+//! Adding prototypes and instances.
+
+use super::{SceneBuilder, Vertices};
+use crate::{
+    error::SceneError,
+    math::{Aabb, max},
+    scene::{
+        Instance, MAX_INSTANCES, MAX_PROTOTYPES, Prototype, PrototypeId, Spheres, Transform,
+        instance::Unplaced,
+    },
+};
+use glam::Vec3;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// An instance, before and after it is placed, and its share of the hierarchy's build; bytes.
+#[doc(hidden)]
+pub const INSTANCE_BYTES: u64 = 260;
+
+/// The numbers of triangles, spheres and vertices before a prototype.
+#[derive(Clone, Copy)]
+#[doc(hidden)]
+pub struct StartOfPrototype([u32; 3]);
+
+impl SceneBuilder {
+    /// Adds a prototype of the triangles and spheres that `add` adds. They appear in the scene only where instances place them.
+    ///
+    /// # Errors
+    /// That of `add`, or [`SceneError::TooMany`].
+    pub fn add_prototype(
+        &mut self,
+        add: impl FnOnce(&mut Self) -> Result<(), SceneError>,
+    ) -> Result<PrototypeId, SceneError> {
+        let start = self.start_prototype();
+        add(self)?;
+        self.end_prototype(start)
+    }
+
+    /// Begins a prototype: whatever is added from now on is part of it.
+    #[doc(hidden)]
+    pub fn start_prototype(&self) -> StartOfPrototype {
+        StartOfPrototype(self.counts())
+    }
+
+    /// Ends a prototype.
+    #[doc(hidden)]
+    pub fn end_prototype(&mut self, start: StartOfPrototype) -> Result<PrototypeId, SceneError> {
+        if self.prototypes.len() >= MAX_PROTOTYPES {
+            return Err(SceneError::TooMany {
+                what: "prototypes",
+                limit: MAX_PROTOTYPES,
+            });
+        }
+        let StartOfPrototype([triangles, spheres, vertices]) = start;
+        let [more_triangles, more_spheres, more_vertices] = self.counts();
+        let mut prototype = Prototype {
+            triangles: triangles..more_triangles,
+            spheres: spheres..more_spheres,
+            vertices: vertices..more_vertices,
+            bounds: Aabb::EMPTY,
+            center: Vec3::ZERO,
+            scale: 1.0,
+        };
+        prototype.move_to_center(&mut self.vertices, &mut self.spheres);
+        self.prototypes.push(prototype);
+        Ok(PrototypeId(self.prototypes.len() as u32 - 1))
+    }
+
+    /// Adds an instance of a prototype, placed by `transform`. Instances of empty prototypes are left out.
+    ///
+    /// # Errors
+    /// [`SceneError::Flat`], [`SceneError::NotUsable`] if it ends up too far away, [`SceneError::TooMany`] or
+    /// [`SceneError::OverLimit`].
+    ///
+    /// # Panics
+    /// If the scene has no such prototype.
+    pub fn add_instance(&mut self, prototype: PrototypeId, transform: &Transform) -> Result<(), SceneError> {
+        let of = &self.prototypes[prototype.0 as usize];
+        if of.is_empty() {
+            return Ok(());
+        }
+        let instance = Unplaced::new(of, prototype, transform)?;
+        if self.instances.len() >= MAX_INSTANCES {
+            return Err(SceneError::TooMany {
+                what: "instances",
+                limit: MAX_INSTANCES,
+            });
+        }
+        self.instances.push(instance);
+        self.check_limits([0; 3], self.vectors())
+    }
+
+    fn counts(&self) -> [u32; 3] {
+        [
+            self.triangles.corners.len() as u32,
+            self.spheres.radius.len() as u32,
+            self.vertices.x.len() as u32,
+        ]
+    }
+}
+
+impl Prototype {
+    /// Moves its positions, if they are far from 0, and scales them to about 1; finds its bounds.
+    fn move_to_center(&mut self, vertices: &mut Vertices, spheres: &mut Spheres) {
+        let usize_range = |range: &Range<u32>| range.start as usize..range.end as usize;
+        let (v, s) = (usize_range(&self.vertices), usize_range(&self.spheres));
+        let of_vertices = [&mut vertices.x, &mut vertices.y, &mut vertices.z].map(|x| &mut x[v.clone()]);
+        let centers = [
+            &mut spheres.center_x,
+            &mut spheres.center_y,
+            &mut spheres.center_z,
+        ];
+        let centers = centers.map(|x| &mut x[s.clone()]);
+        let radius = &mut spheres.radius[s];
+        let around = |columns: &[&mut [f32]; 3], grown: &[f32]| {
+            let [x, y, z] = columns;
+            let mut bounds = Aabb::EMPTY;
+            for (i, ((&x, &y), &z)) in x.iter().zip(y.iter()).zip(z.iter()).enumerate() {
+                let by = Vec3::splat(grown.get(i).copied().unwrap_or(0.0));
+                let at = Vec3::new(x, y, z);
+                bounds = bounds.union(Aabb {
+                    lower: at - by,
+                    upper: at + by,
+                });
+            }
+            bounds
+        };
+        let bounds = around(&of_vertices, &[]).union(around(&centers, radius));
+        if bounds.is_empty() {
+            return;
+        }
+        self.enclose(bounds);
+        for columns in [of_vertices, centers] {
+            for (column, center) in columns.into_iter().zip(self.center.to_array()) {
+                for x in column {
+                    *x = (*x - center) * self.scale;
+                }
+            }
+        }
+        for radius in radius {
+            *radius = max(*radius * self.scale, f32::MIN_POSITIVE);
+        }
+    }
+}
+
+/// The box around instances, in world space.
+pub(in crate::scene) fn bounds(prototypes: &[Prototype], instances: &[Unplaced]) -> Aabb {
+    let of_one = |instance: &Unplaced| {
+        let instance = instance.at(Vec3::ZERO);
+        let prototype = &prototypes[instance.prototype().0 as usize];
+        instance.placement().bounds(prototype.bounds)
+    };
+    let boxes = instances.par_iter().with_min_len(1 << 10).map(of_one);
+    boxes.reduce(|| Aabb::EMPTY, Aabb::union)
+}
+
+/// The instances of a scene with this origin.
+pub(super) fn placed(instances: &[Unplaced], origin: Vec3) -> Vec<Instance> {
+    let instances = instances.par_iter().with_min_len(1 << 10);
+    instances.map(|instance| instance.at(origin)).collect()
+}

@@ -1,0 +1,133 @@
+//! The scene's own origin: coordinates of a scene far from 0 are stored relative to its centre, so that rounding errors
+//! fit its size.
+
+use super::{Scene, builder::MIN_PIECE, instance::gaps};
+use crate::math::Aabb;
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+/// Returns the centre of `bounds` on each axis on which the box is further from 0 than it is long, else 0. Subtracting it
+/// is exact: no coordinate is less than half or more than twice as large (Sterbenz's lemma).
+#[doc(hidden)]
+pub fn origin_of(bounds: Aabb) -> Vec3 {
+    if bounds.is_empty() {
+        return Vec3::ZERO;
+    }
+    let Aabb { lower, upper } = bounds;
+    let is_far = (lower.cmpgt(Vec3::ZERO) & upper.cmple(lower * 2.0))
+        | (upper.cmplt(Vec3::ZERO) & lower.cmpge(upper * 2.0));
+    Vec3::select(is_far, (lower + upper) * 0.5, Vec3::ZERO)
+}
+
+impl Scene {
+    /// Replaces the lights by those of another scene.
+    pub fn take_lights(&mut self, other: Self) {
+        self.lights = other.lights;
+        let between = (other.offset - self.offset).as_vec3();
+        self.translate_lights(between + (other.origin - self.origin));
+    }
+
+    /// Returns the world position that all positions of the scene are relative to but those of cameras: 0, unless
+    /// [`SceneBuilder::set_offset`](super::SceneBuilder::set_offset) has set another.
+    #[must_use]
+    pub fn offset(&self) -> DVec3 {
+        self.offset
+    }
+
+    /// Returns the world position of a point that is relative to [`Scene::origin`], such as a hit.
+    #[must_use]
+    pub fn world_point(&self, point: Vec3) -> DVec3 {
+        (self.origin + point).as_dvec3() + self.offset
+    }
+
+    /// Returns the position, less [`Scene::offset`], that the scene's arrays, rays and hits are relative to.
+    ///
+    /// 0 on an axis unless the scene is further from 0 than it is long there; then the scene's centre, so that
+    /// coordinates, above all the origins of rays, are not rounded in large steps.
+    #[must_use]
+    pub fn origin(&self) -> Vec3 {
+        self.origin
+    }
+
+    /// Chooses the origin and makes all positions relative to it.
+    pub(super) fn move_to_origin(&mut self) {
+        let origin = origin_of(self.bounds);
+        self.origin = origin;
+        let (v, s) = (&mut self.vertices, &mut self.spheres);
+        let (vertices, spheres) = (v.x.len() as u32, s.radius.len() as u32);
+        for range in gaps(self.prototypes.iter().map(|p| p.vertices.clone()), vertices) {
+            let range = range.start as usize..range.end as usize;
+            let columns = [&mut v.x, &mut v.y, &mut v.z];
+            translate(columns.map(|column| &mut column[range.clone()]), -origin);
+        }
+        for range in gaps(self.prototypes.iter().map(|p| p.spheres.clone()), spheres) {
+            let range = range.start as usize..range.end as usize;
+            let columns = [&mut s.center_x, &mut s.center_y, &mut s.center_z];
+            translate(columns.map(|column| &mut column[range.clone()]), -origin);
+        }
+        self.translate_lights(-origin);
+        self.move_planes();
+    }
+
+    pub(super) fn translate_lights(&mut self, by: Vec3) {
+        for light in &mut self.lights {
+            light.shape.translate(by);
+        }
+    }
+}
+
+fn translate(coordinates: [&mut [f32]; 3], by: Vec3) {
+    for (axis, by) in coordinates.into_iter().zip(by.to_array()) {
+        if by != 0.0 {
+            axis.par_iter_mut().with_min_len(MIN_PIECE).for_each(|x| *x += by);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{MaterialId, SceneBuilder};
+
+    #[test]
+    fn a_scene_far_from_0_is_stored_relative_to_its_centre_without_rounding() {
+        let far = Vec3::new(8000.3, -5500.7, 0.4);
+        let mut builder = SceneBuilder::new();
+        let matte = MaterialId(1);
+        let corners = [far, far + Vec3::X * 3.7, far + Vec3::Y * 0.3];
+        builder.add_triangle(corners, matte).unwrap();
+        builder.add_sphere(far - Vec3::Z, 1.1, matte).unwrap();
+        builder.add_light(far * 1.5, 1.0).unwrap();
+        let scene = builder.finish();
+        let position = |scene: &Scene| scene.lights()[0].shape.position().map(|p| p + scene.origin());
+        assert_eq!(scene.origin().z, 0.0, "the scene contains z = 0");
+        let again = scene.triangle(0).map(|corner| corner + scene.origin());
+        assert_eq!(again, corners);
+        assert_eq!(scene.spheres().center(0) + scene.origin(), far - Vec3::Z);
+        assert_eq!(position(&scene), Some(far * 1.5));
+        let Aabb { lower, upper } = scene.bounds();
+        assert!(lower.cmple(far - Vec3::ONE).all() && upper.cmpge(far).all());
+        assert!(scene.vertices().x.iter().all(|x| x.abs() < 5.0));
+
+        // Lights taken from another scene keep their positions.
+        let mut lights = SceneBuilder::new();
+        lights.add_light(far, 1.0).unwrap();
+        let mut scene = scene;
+        scene.take_lights(lights.finish());
+        assert_eq!(position(&scene), Some(far));
+    }
+
+    #[test]
+    fn a_scene_around_0_keeps_its_coordinates() {
+        for x in [-1.0, 0.0, 0.9] {
+            let mut builder = SceneBuilder::new();
+            builder.add_sphere(Vec3::splat(x), 0.5, MaterialId(0)).unwrap();
+            let scene = builder.finish();
+            assert_eq!(
+                (scene.origin(), scene.spheres().center(0)),
+                (Vec3::ZERO, Vec3::splat(x))
+            );
+        }
+        assert_eq!(SceneBuilder::new().finish().origin(), Vec3::ZERO);
+    }
+}

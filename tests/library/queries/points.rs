@@ -1,0 +1,68 @@
+//! Closest points to many points.
+
+use super::*;
+use octray::query::nearest::on_triangle;
+
+#[test]
+fn closest_points_are_those_of_all_triangles() {
+    let mut random = Random::new(34);
+    for (positions, triangles) in meshes() {
+        let geometry = Geometry::from_triangles(&positions, &triangles).unwrap();
+        let points: Vec<[f64; 3]> = (0..1500)
+            .map(|i| {
+                let scale = [1.0, 3.0, 1e6, 1e30][i % 4];
+                let at = random.vector() * scale;
+                let at = if i % 3 == 0 { at.round() } else { at };
+                at.as_dvec3().to_array()
+            })
+            .collect();
+        let mut closest = vec![None; points.len()];
+        geometry.closest_points(&points, &mut closest);
+        for (&point, closest) in points.iter().zip(&closest) {
+            let point = DVec3::from_array(point);
+            let (mut best, mut id) = (f64::INFINITY, u32::MAX);
+            for i in (0..triangles.len()).filter(|&i| geometry.scene().has_area(i)) {
+                let at = on_triangle(point, geometry.scene().triangle(i));
+                let squared = (at - point).length_squared();
+                if squared < best {
+                    (best, id) = (squared, i as u32);
+                }
+            }
+            let closest = closest.unwrap();
+            assert_eq!(
+                (closest.distance, closest.primitive.0),
+                (best.sqrt(), id),
+                "{point}"
+            );
+            assert!(((closest.point - point).length() - closest.distance).abs() <= 1e-12 * closest.distance);
+        }
+        assert!(geometry.closest_point(DVec3::NAN).is_none());
+    }
+}
+
+#[test]
+fn many_closest_points_are_those_of_one_by_one() {
+    let mut random = Random::new(35);
+    for (positions, triangles) in meshes() {
+        let far: Vec<[f64; 3]> = positions
+            .iter()
+            .map(|&at| (DVec3::from(Vec3::from(at)) + 1e6).to_array())
+            .collect();
+        let geometry = Geometry::from_triangles(&far, &triangles).unwrap();
+        // Near, on vertices, many at one place, far, and not finite.
+        let points: Vec<[f64; 3]> = (0..9000)
+            .map(|i| match i % 5 {
+                0 => far[random.0.usize(..far.len())],
+                1 => [1e6, 1e6 + 1e-7, 1e6],
+                2 if i % 50 == 2 => [f64::NAN, 0.0, 0.0],
+                3 => (random.vector().as_dvec3() * 1e9).to_array(),
+                _ => (random.vector().as_dvec3() * 1.5 + 1e6).to_array(),
+            })
+            .collect();
+        let mut closest = vec![None; points.len()];
+        geometry.closest_points(&points, &mut closest);
+        for (&point, closest) in points.iter().zip(closest) {
+            assert_eq!(closest, geometry.closest_point(point), "{point:?}");
+        }
+    }
+}
