@@ -1,15 +1,16 @@
 //! The BVH: every primitive is in exactly one leaf, boxes are tight, the tree is the same for any number of threads, and
 //! memory is bounded.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use octray::{
     accel::{BuildQuality, Bvh, Layout, Node8, TriangleBlocks},
     generate::{Kind, Options, generate},
     geometry::padded,
     math::Aabb,
     ray::PrimitiveId,
-    scene::{Primitive, Scene, SceneBuilder},
+    scene::{Primitive, Scene, SceneBuilder, Transform},
 };
+use std::sync::Mutex;
 
 const QUALITIES: [BuildQuality; 3] = [BuildQuality::Fast, BuildQuality::Best, BuildQuality::Ploc];
 const LAYOUTS: [Layout; 2] = [Layout::Whole, Layout::Indexed];
@@ -169,4 +170,29 @@ fn an_empty_scene_has_the_requested_layout() {
             (layout, layout == Layout::Indexed)
         );
     }
+}
+
+#[test]
+fn a_build_ends_when_about_all_steps_are_done() {
+    let mut builder = SceneBuilder::new();
+    let material = builder.classic_material(1).unwrap();
+    let of_spheres = |builder: &mut SceneBuilder, count: u16| {
+        (0..count).try_for_each(|i| builder.add_sphere(Vec3::splat(f32::from(i)), 0.5, material))
+    };
+    of_spheres(&mut builder, 5000).unwrap();
+    let prototype = builder
+        .add_prototype(|builder| of_spheres(builder, 3000))
+        .unwrap();
+    for i in 0..2000 {
+        let transform = Transform::IDENTITY.then_translate(DVec3::X * f64::from(i));
+        builder.add_instance(prototype, &transform).unwrap();
+    }
+    let steps = Mutex::new(Vec::new());
+    let _ = Bvh::build_watched(&builder.finish(), BuildQuality::Fast, &|progress| {
+        steps.lock().unwrap().push((progress.done, progress.total));
+    });
+    let steps = steps.into_inner().unwrap();
+    assert!(steps.len() > 8, "{steps:?}");
+    let last = steps.iter().max().unwrap();
+    assert!(last.0 > last.1 / 10 * 9, "{steps:?}");
 }

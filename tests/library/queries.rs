@@ -5,6 +5,7 @@ mod exact;
 mod meshes;
 mod needles;
 mod points;
+mod starts;
 
 use glam::{DVec3, Vec3};
 use octray::{

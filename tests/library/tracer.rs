@@ -1,5 +1,6 @@
 //! The tracer against single rays: bundles, groups, entries, planes, sinks.
 
+mod bundle;
 mod entry;
 mod planes;
 mod run;

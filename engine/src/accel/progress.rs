@@ -53,38 +53,3 @@ impl<'a> Steps<'a> {
         self.divided(DIVISIONS * count);
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use crate::{
-        accel::{BuildQuality, Bvh},
-        scene::{SceneBuilder, Transform},
-    };
-    use glam::{DVec3, Vec3};
-    use std::sync::Mutex;
-
-    #[test]
-    fn a_build_ends_when_about_all_steps_are_done() {
-        let mut builder = SceneBuilder::new();
-        let material = builder.classic_material(1).unwrap();
-        let of_spheres = |builder: &mut SceneBuilder, count: u16| {
-            (0..count).try_for_each(|i| builder.add_sphere(Vec3::splat(f32::from(i)), 0.5, material))
-        };
-        of_spheres(&mut builder, 5000).unwrap();
-        let prototype = builder
-            .add_prototype(|builder| of_spheres(builder, 3000))
-            .unwrap();
-        for i in 0..2000 {
-            let transform = Transform::IDENTITY.then_translate(DVec3::X * f64::from(i));
-            builder.add_instance(prototype, &transform).unwrap();
-        }
-        let steps = Mutex::new(Vec::new());
-        let _ = Bvh::build_watched(&builder.finish(), BuildQuality::Fast, &|progress| {
-            steps.lock().unwrap().push((progress.done, progress.total));
-        });
-        let steps = steps.into_inner().unwrap();
-        assert!(steps.len() > 8, "{steps:?}");
-        let last = steps.iter().max().unwrap();
-        assert!(last.0 > last.1 / 10 * 9, "{steps:?}");
-    }
-}

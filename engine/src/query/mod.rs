@@ -25,7 +25,8 @@ mod points;
 mod rays;
 #[doc(hidden)]
 pub mod sinks;
-mod starts;
+#[doc(hidden)]
+pub mod starts;
 #[doc(hidden)]
 pub mod unit;
 mod worker;

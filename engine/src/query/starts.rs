@@ -109,7 +109,8 @@ fn of_leaf<B: TriangleLeaf>(
 }
 
 /// Decides exactly whether a ray starts on a triangle and is not parallel to it.
-fn starts_on(ray: &Ray, corners: [Vec3; 3]) -> bool {
+#[must_use]
+pub fn starts_on(ray: &Ray, corners: [Vec3; 3]) -> bool {
     let [a, b, c] = corners;
     let (lower, upper, p) = (a.min(b).min(c), a.max(b).max(c), ray.origin);
     if !(p.cmpge(lower).all() && p.cmple(upper).all()) {
@@ -130,6 +131,3 @@ fn starts_on(ray: &Ray, corners: [Vec3; 3]) -> bool {
         side != 0.0 && [[a, b], [b, c], [c, a]].into_iter().all(is_inside)
     })
 }
-
-#[cfg(test)]
-mod tests;

@@ -283,6 +283,3 @@ impl Tracer<'_> {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,5 +1,9 @@
-use super::*;
-use crate::ray::Hit;
+use glam::Vec3;
+use octray::{
+    Geometry, Hit, Rays,
+    query::starts::starts_on,
+    ray::{PrimitiveId, Ray},
+};
 
 /// A grid of squares, and rays from points on its planes and elsewhere: the counter notices each that starts on one,
 /// whichever kernel traces it.

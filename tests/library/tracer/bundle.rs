@@ -1,12 +1,12 @@
-use crate::{
+use glam::Vec3;
+use octray::{
+    Level,
     accel::Bvh,
     lanes::{F32x8, LANES, Vec3x8},
     ray::{Origins, RayPacket},
     scene::SceneBuilder,
-    simd::Level,
     trace::{Method, Tracer},
 };
-use glam::Vec3;
 
 /// From two lights in turn to points behind a large triangle, and behind many small ones, and beside them.
 #[test]
