@@ -133,7 +133,7 @@ fn points_are_where_colmap_projects_them() {
         let is_scaled = camera.starts_with("FULL_OPENCV") || camera.starts_with("OPENCV_FISHEYE");
         for (options, scale) in &sizes[..if is_scaled { 2 } else { 1 }] {
             let line =
-                format!("p.scn --poses sparse --frames 1-1 -o c.png --samples 64 --aov z,mask {options}");
+                format!("p.scn --poses sparse --frames 1-1 -o c.png --samples 36 --aov z,mask {options}");
             let run = folder.run_line(&line);
             assert_eq!((run.code, &run.stderr[..]), (Some(0), ""), "{camera}");
             let picture = image::open(folder.path("c.png")).expect("a picture").into_rgb8();

@@ -205,7 +205,7 @@ fn deep_hierarchies_do_not_overflow_stacks() {
     let folder = Folder::new();
     let mut file = fs::File::create(folder.path("deep.scn")).unwrap();
     writeln!(file, "light 3 -2 5 0.7\nmaterial 1").unwrap();
-    let count = rounds(10_000, 20_000);
+    let count = rounds(6_000, 20_000);
     for i in 0..count {
         let size = 1e-8 * 1.0018_f64.powi(i * 20_000 / count);
         writeln!(file, "triangle 0 0 0 {size:e} 0 {size:e} 0 {size:e} {size:e}").unwrap();
