@@ -138,10 +138,10 @@ fn in_any_address_space(folder: &Folder, limits: [u32; 4], commands: &[&str]) {
 #[test]
 fn any_address_space_with_any_command() {
     let folder = Folder::new();
-    large(&folder, "large.obj", rounds(75_000, 150_000));
+    large(&folder, "large.obj", rounds(40_000, 150_000));
     folder.write("mesh.scn", "light 1 2 3 1\nmesh large.obj\n");
     // Loading the mesh is refused, then building its BVH; then an allocation fails; then all is well.
-    let limits = [80_000, 100_000, 180_000, 600_000];
+    let limits = [70_000, 85_000, 180_000, 600_000];
     in_any_address_space(
         &folder,
         limits,
