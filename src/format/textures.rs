@@ -1,11 +1,14 @@
 //! The images of a mesh's textures, decoded after the mesh is read, on all threads, once for each role: colours, normals, or
-//! roughness times a factor.
+//! highlights of a roughness and its metal.
 //!
 //! A texture that cannot be shown is a note, not an error: the shape is still shown.
 
 #[cfg(feature = "textures")]
 pub(super) mod decoding;
+mod highlight;
 pub(super) mod names;
+
+pub(super) use highlight::Highlight;
 
 use super::{
     OpenMesh,
@@ -104,7 +107,9 @@ impl Images {
                 bytes: read.as_deref().map_err(Clone::clone),
             }));
         }
-        let Decoded { images, lost_alpha } = decode(&encoded, (surfaces, &[]), path, budget, notes);
+        let Decoded {
+            images, lost_alpha, ..
+        } = decode(&encoded, (surfaces, &[]), path, budget, notes);
         // No texture of these formats but `map_d` says how opaque a surface is.
         let names = lost_alpha.iter().filter_map(|&i| self.paths.get(i)?.file_name());
         let names = name_list(names.map(OsStr::as_encoded_bytes));
@@ -249,14 +254,24 @@ pub(super) struct Decoded {
     pub(super) images: Vec<Image>,
     /// Which of the encoded images had an alpha below 1 that is not shown.
     pub(super) lost_alpha: Vec<usize>,
+    /// The mean strength of highlights in images made of roughness, in 255ths.
+    pub(super) strengths: Vec<Option<u8>>,
 }
 
-/// Decodes the used images; `path` is the mesh's. The specular map of a surface with a factor in `roughness`, by its index, is
-/// an image of roughness, times that factor. On return, textures index the returned images, and those that cannot be decoded
+/// A decoded image.
+pub(super) struct Made {
+    image: Image,
+    loses_alpha: bool,
+    /// See [`Decoded::strengths`].
+    strength: Option<u8>,
+}
+
+/// Decodes the used images; `path` is the mesh's. The specular map of a surface with a value in `highlights`, by its index, is
+/// an image of roughness and metal. On return, textures index the returned images, and those that cannot be decoded
 /// are notes.
 pub(super) fn decode(
     encoded: &[Option<Encoded<'_>>],
-    (surfaces, roughness): (&mut [Surface], &[Option<f32>]),
+    (surfaces, highlights): (&mut [Surface], &[Option<Highlight>]),
     path: &Path,
     budget: &Budget,
     notes: &mut Vec<String>,
@@ -264,27 +279,28 @@ pub(super) fn decode(
     if !budget.wants_images() {
         return Decoded::default();
     }
-    let uses = name_uses(surfaces, roughness);
-    let of_use = |&(image, _): &Use| encoded.get(image as usize)?.as_ref();
-    let encoded: Vec<Option<&Encoded<'_>>> = uses.iter().map(of_use).collect();
+    let uses = name_uses(surfaces, highlights);
+    let by_number = |image: u32| encoded.get(image as usize)?.as_ref();
+    let encoded: Vec<Option<&Encoded<'_>>> = uses.iter().map(|&(image, _)| by_number(image)).collect();
     let first = first_of_equal(&encoded, &uses);
     let keeps_alpha = images_with_opacity(&first, surfaces);
     let content = |(&(_, role), keeps_alpha): (&Use, bool)| match role {
         Role::Color if keeps_alpha => Content::ColorsAndAlpha,
         Role::Color => Content::Colors,
         Role::Normal => Content::Numbers,
-        Role::Roughness(factor) => Content::Roughness(f32::from_bits(factor)),
+        Role::Highlight(highlight) => Content::Highlight(highlight, highlight.base().and_then(by_number)),
     };
-    let contents: Vec<Content> = uses.iter().zip(keeps_alpha).map(content).collect();
+    let contents: Vec<Content<'_>> = uses.iter().zip(keeps_alpha).map(content).collect();
     let decoded = decoding::all(&encoded, &first, &contents, budget);
-    let (mut images, mut lost_alpha) = (Vec::new(), Vec::new());
+    let (mut images, mut lost_alpha, mut strengths) = (Vec::new(), Vec::new(), Vec::new());
     let mut numbers: Vec<Option<u32>> = vec![None; encoded.len()];
     for (i, (encoded, decoded)) in encoded.iter().zip(decoded).enumerate() {
         match (encoded, decoded) {
-            (Some(_), Some(Ok((image, loses_alpha)))) => {
-                lost_alpha.extend(loses_alpha.then_some(uses[i].0 as usize));
+            (Some(_), Some(Ok(made))) => {
+                lost_alpha.extend(made.loses_alpha.then_some(uses[i].0 as usize));
                 numbers[i] = Some(images.len() as u32);
-                images.push(image);
+                images.push(made.image);
+                strengths.push(made.strength);
             }
             (Some(encoded), Some(Err(reason))) => {
                 let (path, name) = (clip_path(path), clip(&encoded.name));
@@ -300,7 +316,11 @@ pub(super) fn decode(
     for surface in surfaces {
         renumber(surface, &numbers, &images);
     }
-    Decoded { images, lost_alpha }
+    Decoded {
+        images,
+        lost_alpha,
+        strengths,
+    }
 }
 
 /// What a surface takes an image for.
@@ -308,32 +328,34 @@ pub(super) fn decode(
 enum Role {
     Color,
     Normal,
-    /// The bits of a factor.
-    Roughness(u32),
+    Highlight(Highlight),
 }
 
-/// An image with more factors of roughness has them rounded to as many steps, since each is decoded for itself.
-const MOST_FACTORS: usize = 16;
+/// An image with more kinds of highlights has their roughness rounded to as many steps, and no metal, since each is decoded
+/// for itself.
+const MOST_HIGHLIGHTS: usize = 16;
 
 /// The number of an image, and its role.
 type Use = (u32, Role);
 
 /// Lists each image and role that surfaces use, ascending, and replaces the textures' image numbers by indices into this list:
 /// an image with two roles is decoded twice.
-fn name_uses(surfaces: &mut [Surface], roughness: &[Option<f32>]) -> Vec<Use> {
-    let mut factors: HashMap<u32, HashSet<u32>> = HashMap::new();
-    for (surface, factor) in surfaces.iter().zip(roughness) {
-        if let (Some(map), Some(factor)) = (surface.textures.specular_map, factor) {
-            factors.entry(map.image).or_default().insert(factor.to_bits());
+fn name_uses(surfaces: &mut [Surface], highlights: &[Option<Highlight>]) -> Vec<Use> {
+    let mut kinds: HashMap<u32, HashSet<Highlight>> = HashMap::new();
+    for (surface, highlight) in surfaces.iter().zip(highlights) {
+        if let (Some(map), Some(highlight)) = (surface.textures.specular_map, highlight) {
+            kinds.entry(map.image).or_default().insert(*highlight);
         }
     }
-    let role = |surface: usize, place: usize, image: u32| match (place, roughness.get(surface)) {
+    let role = |surface: usize, place: usize, image: u32| match (place, highlights.get(surface)) {
         (SurfaceTextures::NORMAL, _) => Role::Normal,
-        (SurfaceTextures::SPECULAR, Some(Some(factor))) => {
-            let are_many = factors[&image].len() > MOST_FACTORS;
-            let steps = MOST_FACTORS as f32;
-            let rounded = (factor * steps).round() / steps;
-            Role::Roughness(if are_many { rounded } else { *factor }.to_bits())
+        (SurfaceTextures::SPECULAR, Some(Some(highlight))) => {
+            let are_many = kinds[&image].len() > MOST_HIGHLIGHTS;
+            Role::Highlight(if are_many {
+                highlight.rounded(MOST_HIGHLIGHTS as f32)
+            } else {
+                *highlight
+            })
         }
         _ => Role::Color,
     };
@@ -359,13 +381,13 @@ fn name_uses(surfaces: &mut [Surface], roughness: &[Option<f32>]) -> Vec<Use> {
 }
 
 /// What an image's pixels become.
-#[derive(Clone, Copy, PartialEq)]
-enum Content {
+#[derive(Clone, Copy)]
+enum Content<'a> {
     Colors,
     ColorsAndAlpha,
     Numbers,
-    /// Green is roughness, times this; it becomes a grey highlight.
-    Roughness(f32),
+    /// With the image of the base colour.
+    Highlight(Highlight, Option<&'a Encoded<'a>>),
 }
 
 /// For each use the first one with the same bytes, the same part of the same file, and the same role.
@@ -427,14 +449,14 @@ fn renumber(surface: &mut Surface, numbers: &[Option<u32>], images: &[Image]) {
 
 #[cfg(not(feature = "textures"))]
 mod decoding {
-    use super::{Budget, Content, Encoded, Image};
+    use super::{Budget, Content, Encoded, Made};
 
     pub(super) fn all(
         encoded: &[Option<&Encoded<'_>>],
         _: &[Option<usize>],
-        _: &[Content],
+        _: &[Content<'_>],
         _: &Budget,
-    ) -> Vec<Option<Result<(Image, bool), String>>> {
+    ) -> Vec<Option<Result<Made, String>>> {
         let missing = || Err("octray was built without its feature `textures`".to_owned());
         encoded
             .iter()

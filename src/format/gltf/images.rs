@@ -9,7 +9,7 @@ use crate::{
     format::{
         left_out::counted,
         mesh::Surface,
-        textures::{self, Encoded},
+        textures::{self, Decoded, Encoded, Highlight},
     },
     scene::{Image, MAX_TEXTURES},
 };
@@ -37,7 +37,7 @@ pub(super) fn read(
     sources: &[Source],
     document: &Document,
     buffers: &mut Buffers<'_>,
-    (surfaces, used, roughness): (&mut [Surface], &[bool], &[Option<f32>]),
+    (surfaces, used, highlights): (&mut [Surface], &[bool], &[Option<Highlight>]),
     notes: &mut Vec<String>,
 ) -> Vec<Image> {
     if !buffers.budget().wants_images() {
@@ -78,22 +78,20 @@ pub(super) fn read(
         }));
     }
     let taken = buffers.budget().taken() - before;
-    let images = textures::decode(
+    let Decoded {
+        images, strengths, ..
+    } = textures::decode(
         &encoded,
-        (&mut *surfaces, roughness),
+        (&mut *surfaces, highlights),
         buffers.path(),
         buffers.budget(),
         notes,
-    )
-    .images;
+    );
     for surface in surfaces {
-        if let Some(image) = surface
-            .textures
-            .specular_map
-            .and_then(|map| images.get(map.image as usize))
-        {
+        let map = surface.textures.specular_map;
+        if let Some(&Some(mean)) = map.and_then(|map| strengths.get(map.image as usize)) {
             // The highlight is as wide as that of the mean.
-            surface.alpha = exponent(1.0 - f32::from(image.mean()[1]) / 255.0);
+            surface.alpha = exponent(1.0 - f32::from(mean) / 255.0);
         }
     }
     // Buffers stay until the mesh is read; what was read for images alone goes now.

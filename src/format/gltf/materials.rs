@@ -2,7 +2,7 @@
 
 use super::{normal_maps::Transforms, transmission::Through};
 use crate::{
-    format::{left_out::LeftOut, mesh::Surface},
+    format::{left_out::LeftOut, mesh::Surface, textures::Highlight},
     math::srgb,
     scene::{CutOut, MAX_EMISSION, Opacity, SurfaceTextures, Texture, Wrap},
 };
@@ -15,6 +15,9 @@ use serde::Deserialize;
 
 /// The assumed value of a roughness map that is not shown.
 const ROUGHNESS_MAP: f32 = 0.5;
+
+/// The metallic factor from which a material without a map has highlights of its texture's colours.
+const METAL: f32 = 0.5;
 
 const WEBP: &str = "EXT_texture_webp";
 
@@ -73,8 +76,8 @@ pub(super) struct Shown {
     pub(super) emission_left_out: bool,
     /// Whether its normal map has other coordinates.
     pub(super) normals_left_out: bool,
-    /// The factor of its roughness map, if it has one.
-    pub(super) roughness: Option<f32>,
+    /// What its roughness map becomes, if it has one.
+    pub(super) highlight: Option<Highlight>,
     /// Whether its roughness map has other coordinates.
     pub(super) roughness_left_out: bool,
     /// Whether an image of it is of a kind that octray does not read.
@@ -282,21 +285,28 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
     let placement = placement.or(normals.placement);
     let roughness_left_out =
         rough.placement.is_some() && placement.is_some_and(|own| rough.placement != Some(own));
-    let specular_map = rough.texture.filter(|_| !roughness_left_out);
+    let rough_shown = rough.texture.filter(|_| !roughness_left_out);
+    let metallic = metallic.clamp(0.0, 1.0);
+    let own_color = base
+        .texture
+        .filter(|_| has_highlight && roughness_map.is_none() && metallic >= METAL);
     let (cut_out, opacity) = coverage(material, alpha, base.texture, through);
     let mut diffuse = [red, green, blue].map(display_value);
     if base.is_unsupported {
         diffuse = tinted(diffuse, Surface::NEUTRAL.diffuse);
     }
-    let shine = match (&roughness_map, specular_map) {
+    let shine = match (&roughness_map, rough_shown) {
         // The map has the rest.
         (Some(_), Some(_)) => 1.0,
         (Some(_), None) => 1.0 - ROUGHNESS_MAP,
         _ => 1.0 - roughness.clamp(0.1, 1.0),
     };
     // A metal's highlight has its own colour.
-    let metallic = metallic.clamp(0.0, 1.0);
-    let tint = diffuse.map(|channel| 1.0 + metallic * (channel - 1.0));
+    let tint = match rough_shown {
+        Some(_) => [1.0; 3],
+        None => diffuse.map(|channel| 1.0 + metallic * (channel - 1.0)),
+    };
+    let base_image = base.texture.map(|texture| texture.image);
     let surface = Surface {
         diffuse,
         specular: tint.map(|channel| 0.6 * shine * channel),
@@ -310,7 +320,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
             cut_out,
             opacity,
             emission,
-            specular_map,
+            specular_map: rough_shown.or(own_color),
             emission_map: emissive.texture.filter(|_| emission != [0.0; 3]),
             normal_map: normal_map.filter(|_| !normals_left_out),
         },
@@ -318,7 +328,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
     Shown {
         surface,
         placement: placement.or(rough.placement),
-        roughness: specular_map.map(|_| roughness),
+        highlight: rough_shown.map(|_| Highlight::new(roughness, metallic, diffuse, base_image)),
         roughness_left_out,
         emission_left_out,
         normals_left_out,

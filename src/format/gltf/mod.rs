@@ -132,12 +132,12 @@ pub(super) fn parse(
         "texture coordinate that is NaN or too large",
         "texture coordinates that are NaN or too large",
     );
-    let roughness = materials.iter().map(|shown| shown.roughness).collect::<Vec<_>>();
+    let highlights = materials.iter().map(|shown| shown.highlight).collect::<Vec<_>>();
     let mut mesh = reading.finish(materials, path);
     mesh.notes.extend(left_out.note(path));
     mesh.texture_files = texture_files;
     let used = used_surfaces(&mesh);
-    let surfaces = (&mut mesh.surfaces[..], &used[..], &roughness[..]);
+    let surfaces = (&mut mesh.surfaces[..], &used[..], &highlights[..]);
     mesh.images = images::read(&sources, &document, &mut buffers, surfaces, &mut mesh.notes);
     if mesh.images.is_empty() && budget.wants_images() {
         mesh.arrays_mut().for_each(|columns| columns.uvs = Vec::new());

@@ -1,11 +1,14 @@
 //! Decodes images, within limits of size and memory.
 
-use super::{Budget, Content, Encoded, Image};
+use super::{Budget, Content, Encoded, Image, Made};
 use crate::{
     error::{decoder_reason, in_bytes},
     scene::MAX_IMAGE_SIDE,
 };
-use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
+use image::{
+    DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, RgbaImage,
+    imageops::{self, FilterType},
+};
 use rayon::prelude::*;
 use std::{
     io::Cursor,
@@ -20,24 +23,34 @@ pub(in crate::format) const DECODER_BYTES: u64 = 1 << 20;
 pub(in crate::format) const HEADER_BYTES: u64 = 8 << 20;
 
 /// An image whose header was read.
-struct Known<'a> {
+#[derive(Clone, Copy)]
+struct Header<'a> {
     bytes: &'a [u8],
     format: ImageFormat,
-    content: Content,
-    /// What the image takes, bytes.
-    kept: usize,
+    size: [u32; 2],
     /// What decoding it takes until the image is made, bytes.
     needed: u64,
 }
 
-/// Decodes each image that is the first of equal ones; what they are is in `contents`. With each image comes whether it
-/// loses an alpha below 1.
+/// An image that will be decoded.
+struct Known<'a> {
+    header: Header<'a>,
+    content: Content<'a>,
+    /// That of the base colour for highlights of metal.
+    base: Option<Header<'a>>,
+    /// What the image takes, bytes.
+    kept: usize,
+    /// What decoding all takes, bytes.
+    needed: u64,
+}
+
+/// Decodes each image that is the first of equal ones; what they are is in `contents`.
 pub(super) fn all(
     encoded: &[Option<&Encoded<'_>>],
     first: &[Option<usize>],
-    contents: &[Content],
+    contents: &[Content<'_>],
     budget: &Budget,
-) -> Vec<Option<Result<(Image, bool), String>>> {
+) -> Vec<Option<Result<Made, String>>> {
     // In order, so that it does not depend on threads which images fit.
     let known: Vec<Option<Result<Known<'_>, String>>> = encoded
         .iter()
@@ -47,8 +60,7 @@ pub(super) fn all(
             if first[i].is_some_and(|first| first != i) {
                 return None;
             }
-            let bytes = encoded.bytes.clone();
-            Some(bytes.and_then(|bytes| known(bytes, &encoded.name, contents[i], budget)))
+            Some(known(encoded, contents[i], budget))
         })
         .collect();
     let largest = known
@@ -73,10 +85,38 @@ pub(super) fn all(
     }
 }
 
-/// Reads the header and takes the image from the budget.
-fn known<'a>(bytes: &'a [u8], name: &str, content: Content, budget: &Budget) -> Result<Known<'a>, String> {
+/// Reads the headers and takes the image from the budget.
+fn known<'a>(encoded: &Encoded<'a>, content: Content<'a>, budget: &Budget) -> Result<Known<'a>, String> {
+    let header = header(encoded)?;
+    let base = match content {
+        // Its own role tells what is wrong with it.
+        Content::Highlight(_, Some(base)) => self::header(base).ok(),
+        _ => None,
+    };
+    // The colours are scaled to the map's size.
+    let scaled = base.map_or(0, |base| base.needed + Image::bytes(header.size) as u64);
+    let needed = header.needed + scaled;
+    let kept = Image::bytes(header.size);
+    if needed + kept as u64 > budget.left() {
+        return Err(format!(
+            "it takes {}, above what is left of the memory limit",
+            in_bytes(needed + kept as u64)
+        ));
+    }
+    budget.take(kept).map_err(|error| error.to_string())?;
+    Ok(Known {
+        header,
+        content,
+        base,
+        kept,
+        needed,
+    })
+}
+
+fn header<'a>(encoded: &Encoded<'a>) -> Result<Header<'a>, String> {
     use ImageFormat::{Bmp, Gif, Jpeg, Png, Tga, Tiff, WebP};
-    let by_name = || ImageFormat::from_path(Path::new(name)).ok();
+    let bytes = encoded.bytes.clone()?;
+    let by_name = || ImageFormat::from_path(Path::new(&encoded.name)).ok();
     let format = image::guess_format(bytes).ok().or_else(by_name);
     let format = format.filter(|format| matches!(format, Png | Jpeg | WebP | Bmp | Tga | Gif | Tiff));
     let expected = "unknown kind of picture, expected PNG, JPEG, WebP, BMP, TGA, GIF or TIFF";
@@ -92,56 +132,54 @@ fn known<'a>(bytes: &'a [u8], name: &str, content: Content, budget: &Budget) -> 
         ));
     }
     let pixels = u64::from(width) * u64::from(height);
-    // Decoded, as RGBA, and what a decoder keeps beside: coefficients or planes.
-    let needed = decoder.total_bytes().saturating_mul(2) + 4 * pixels + DECODER_BYTES;
-    let kept = Image::bytes([width, height]);
-    if needed + kept as u64 > budget.left() {
-        return Err(format!(
-            "it takes {}, above what is left of the memory limit",
-            in_bytes(needed + kept as u64)
-        ));
-    }
-    budget.take(kept).map_err(|error| error.to_string())?;
-    Ok(Known {
+    Ok(Header {
         bytes,
         format,
-        content,
-        kept,
-        needed,
+        size: [width, height],
+        // Decoded, as RGBA, and what a decoder keeps beside: coefficients or planes.
+        needed: decoder.total_bytes().saturating_mul(2) + 4 * pixels + DECODER_BYTES,
     })
 }
 
-fn decode(known: &Known<'_>) -> Result<(Image, bool), String> {
-    let mut reader = ImageReader::with_format(Cursor::new(known.bytes), known.format);
-    reader.limits(limits(known.needed));
+fn rgba(header: &Header<'_>) -> Result<RgbaImage, String> {
+    let mut reader = ImageReader::with_format(Cursor::new(header.bytes), header.format);
+    reader.limits(limits(header.needed));
     let decoded: DynamicImage = reader.decode().map_err(|error| sentence(&error))?;
-    let mut image = decoded.into_rgba8();
-    let mut least_alpha = u8::MAX;
-    if let Content::Roughness(factor) = known.content {
-        // Smoothness as the strength of a highlight.
-        let strength = |green: u8| {
-            let rough = (f32::from(green) * factor).clamp(0.1 * 255.0, 255.0);
-            (255.0 - rough + 0.5) as u8
-        };
-        for pixel in image.pixels_mut() {
-            let strength = strength(pixel.0[1]);
-            pixel.0 = [strength, strength, strength, u8::MAX];
+    Ok(decoded.into_rgba8())
+}
+
+fn decode(known: &Known<'_>) -> Result<Made, String> {
+    let mut image = rgba(&known.header)?;
+    let (mut least_alpha, mut strength) = (u8::MAX, None);
+    match known.content {
+        Content::Highlight(highlight, _) => {
+            let base = known.base.filter(|_| highlight.shows_metal(&image));
+            let base = base.and_then(|base| rgba(&base).ok());
+            let base = base.map(|base| match image.dimensions() {
+                size if size == base.dimensions() => base,
+                (width, height) => imageops::resize(&base, width, height, FilterType::Triangle),
+            });
+            strength = Some(highlight.apply(&mut image, base.as_deref().unwrap_or_default()));
         }
-    }
-    if known.content == Content::Colors {
-        for pixel in image.pixels_mut() {
-            least_alpha = least_alpha.min(pixel.0[3]);
-            pixel.0[3] = u8::MAX;
+        Content::Colors => {
+            for pixel in image.pixels_mut() {
+                least_alpha = least_alpha.min(pixel.0[3]);
+                pixel.0[3] = u8::MAX;
+            }
         }
+        Content::ColorsAndAlpha | Content::Numbers => {}
     }
-    let (width, height) = image.dimensions();
     let pixels = bytemuck::allocation::try_cast_vec(image.into_raw());
     let pixels = pixels.map_err(|_| "it does not fit into memory".to_owned())?;
     let image = match known.content {
-        Content::Numbers => normal_map([width, height], pixels)?,
-        _ => Image::new([width, height], pixels).map_err(|error| error.to_string())?,
+        Content::Numbers => normal_map(known.header.size, pixels)?,
+        _ => Image::new(known.header.size, pixels).map_err(|error| error.to_string())?,
     };
-    Ok((image, least_alpha < u8::MAX))
+    Ok(Made {
+        image,
+        loses_alpha: least_alpha < u8::MAX,
+        strength,
+    })
 }
 
 /// The image of a normal map, whose mean points away from the surface.

@@ -54,7 +54,7 @@ fn normal_maps_elsewhere_are_left_out() {
 fn roughness_maps() {
     let material = |factor: f32| {
         format!(
-            r#"{{"pbrMetallicRoughness":{{"roughnessFactor":{factor},"baseColorTexture":{{"index":0,"texCoord":1}},
+            r#"{{"pbrMetallicRoughness":{{"roughnessFactor":{factor},"metallicFactor":0,"baseColorTexture":{{"index":0,"texCoord":1}},
             "metallicRoughnessTexture":{{"index":0,"texCoord":1}}}}}}"#
         )
     };
@@ -84,6 +84,46 @@ fn roughness_maps() {
         mesh.surfaces[0].alpha,
         crate::format::gltf::materials::exponent(0.5)
     );
+}
+
+/// Blue is metal, times the factor: highlights have the base colour there, that of the texture times the factor's.
+#[test]
+fn maps_of_metal() {
+    let of = |pixel: [u8; 4], pbr: &str| {
+        let materials = format!(r#""materials":[{{"pbrMetallicRoughness":{{{pbr}}}}}]"#);
+        let mesh = textured_by(pixel, &materials, TEXTURES).expect("a mesh");
+        assert!(mesh.notes.is_empty(), "{:?}", mesh.notes);
+        let surface = mesh.surfaces[0];
+        let map = surface.textures.specular_map;
+        (
+            map.map(|map| mesh.images[map.image as usize].mean()),
+            surface.specular,
+        )
+    };
+    let [base, map] = [r#""baseColorTexture""#, r#""metallicRoughnessTexture""#]
+        .map(|name| format!(r#"{name}:{{"index":0,"texCoord":1}}"#));
+    // The same image is the base colour: green 55 is a strength of 200, blue 255 is metal.
+    let gold = [230, 55, 255, 255];
+    let strong = [0.6; 3];
+    assert_eq!(
+        of(gold, &format!("{base},{map}")),
+        (Some([180, 43, 200, 255]), strong)
+    );
+    let half = of(gold, &format!(r#"{base},{map},"metallicFactor":0.5"#));
+    assert_eq!(half.0, Some([190, 122, 200, 255]));
+    let factor = r#""baseColorFactor":[1,0,1,1]"#;
+    assert_eq!(
+        of(gold, &format!("{factor},{base},{map}")).0,
+        Some([180, 0, 200, 255])
+    );
+    assert_eq!(of(gold, &format!("{factor},{map}")).0, Some([200, 0, 200, 255]));
+    let plain = [230, 55, 0, 255];
+    assert_eq!(of(plain, &format!("{base},{map}")).0, Some([200, 200, 200, 255]));
+    // Without a map, highlights of a metal are those of the texture.
+    let smooth = r#""roughnessFactor":0.5"#;
+    assert_eq!(of(gold, &format!("{base},{smooth}")), (Some(gold), [0.3; 3]));
+    let (none, _) = of(gold, &format!(r#"{base},{smooth},"metallicFactor":0"#));
+    assert_eq!(none, None);
 }
 
 /// A small file cannot make a large image be decoded for each of many materials.
