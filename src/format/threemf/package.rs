@@ -30,6 +30,12 @@ const ENTRY_BYTES: usize = 192;
 /// The most bytes that DEFLATE expands one byte to.
 const MAX_RATIO: u64 = 1032;
 
+/// The most that a large part may expand each byte to. Models inflate to 5 to 30 times their size.
+const MOST_RATIO: u64 = 200;
+
+/// A part of at most this size may expand more, bytes.
+const LARGE: u64 = 64 << 20;
+
 /// An archive whose parts are read on request.
 pub(super) struct Package<'a> {
     path: &'a Path,
@@ -176,6 +182,12 @@ impl<'a> Package<'a> {
                 "the part is broken: {} bytes do not inflate to {}",
                 data.len(),
                 in_bytes(stated)
+            )));
+        }
+        if stated > LARGE && stated / MOST_RATIO > data.len() as u64 {
+            let [from, to] = [data.len() as u64, stated].map(in_bytes);
+            return Err(io::Error::other(format!(
+                "the part inflates from {from} to {to}, which no model does: expected at most {MOST_RATIO} times"
             )));
         }
         if stated > self.most.saturating_sub(self.read) {

@@ -481,6 +481,17 @@ fn what_inflates_is_counted_before() {
         read(&bomb, &Budget::new(10_000_000)).map(|_| ()),
         Err("a.3mf/3D/3dmodel.model: loading takes 19.1 MiB of memory or more, above the memory limit of 9.5 MiB".into())
     );
+    let larger = model.replace("<!--", &format!("<!--{}", " ".repeat(50_000_000)));
+    let error = read(
+        &archive([("3D/3dmodel.model", larger.as_bytes())]),
+        &Budget::new(1 << 30),
+    );
+    assert_eq!(
+        error.map(|_| ()),
+        Err("a.3mf/3D/3dmodel.model: the part inflates from 66.6 KiB to 66.8 MiB, which no model does: expected at most 200 \
+             times"
+            .into())
+    );
     let many: Vec<(String, Vec<u8>)> = (0..2000).map(|i| (format!("{i}"), Vec::new())).collect();
     let many = archive(many.iter().map(|(name, part)| (&name[..], &part[..])));
     let error = read(&many, &Budget::new(100_000)).expect_err("these are too many");
