@@ -332,12 +332,14 @@ fn info_lists_lights_materials_and_cameras() {
     );
     folder.write(
         "part.scn",
-        "material blinn_phong ks 0.25 alpha 9\nsphere 0 0 0 1\n",
+        "material blinn_phong ks 0.25 alpha 9\nsphere 0 0 0 1\n\
+         material matte cd 0.9 0.8 0.7 checker 0.25 0.5 0 size 2\nsphere 0 0 0 1\n",
     );
     let text = folder.run(&["info", "b.scn"]);
     let words = [
         "light 3 -2 5 0.5 color 1 0.5 0",
         "blinn_phong cd 1 0 0 cs 1 1 1 kd 0.8 ks 0.25 alpha 9, 1 primitive\n",
+        "matte cd 0.9 0.8 0.7 checker 0.25 0.5 0 size 2, 1 primitive\n",
         "bottom 1 1 1 top 0 0 1",
         "\"far away\" eye 9 1 3 target 0 0 0 up 0 0 1 fov 45",
         "part.scn",

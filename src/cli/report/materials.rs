@@ -10,7 +10,7 @@ pub(super) struct MaterialUse {
     kind: &'static str,
     /// As a statement of a scene file.
     statement: String,
-    /// Its textures, opacity and emission, if it has any.
+    /// Its images, opacity and emission, if it has any.
     textures: Option<String>,
     primitives: usize,
 }
@@ -58,39 +58,50 @@ pub(super) fn materials_used(scene: &Scene) -> Vec<MaterialUse> {
         .map(|(index, (material, primitives))| MaterialUse {
             index,
             kind: kind(material),
-            statement: statement(material),
+            statement: statement(scene, index, material),
             textures: textures(scene, index),
             primitives,
         })
         .collect()
 }
 
-/// A material as a statement of a scene file.
-fn statement(material: &Material) -> String {
+/// A material as a statement of a scene file. A checker's first colour is `cd`, as there.
+fn statement(scene: &Scene, index: usize, material: &Material) -> String {
+    let textures = scene.textures(MaterialId(index as u32));
+    let checker = textures.and_then(|textures| textures.checker);
+    let shown = |color: [f32; 3], part: usize| {
+        let times = checker.map_or([1.0; 3], |checker| checker.colors[part]);
+        list::<f32>(std::array::from_fn(|channel| color[channel] * times[channel]))
+    };
+    let with_checker = |text: String, color| match checker {
+        Some(checker) => format!("{text} checker {} size {}", shown(color, 1), checker.size),
+        None => text,
+    };
     match *material {
         Material::Silhouette { color } => format!("silhouette cd {}", list(color)),
-        Material::Matte { color } => format!("matte cd {}", list(color)),
+        Material::Matte { color } => with_checker(format!("matte cd {}", shown(color, 0)), color),
         Material::BlinnPhong {
             diffuse,
             specular,
             k_d,
             k_s,
             alpha,
-        } => format!(
-            "blinn_phong cd {} cs {} kd {k_d} ks {k_s} alpha {alpha}",
-            list(diffuse),
-            list(specular)
-        ),
-        Material::Reflection { color, mirror_share } => {
-            format!("reflection cd {} mix {mirror_share}", list(color))
+        } => {
+            let (own, specular) = (shown(diffuse, 0), list(specular));
+            let text = format!("blinn_phong cd {own} cs {specular} kd {k_d} ks {k_s} alpha {alpha}");
+            with_checker(text, diffuse)
         }
+        Material::Reflection { color, mirror_share } => with_checker(
+            format!("reflection cd {} mix {mirror_share}", shown(color, 0)),
+            color,
+        ),
         Material::Glass { index, tint, depth } => {
             format!("glass ior {index} tint {} depth {depth}", list(tint))
         }
     }
 }
 
-/// The textures, the opacity and the emission of a material; `None` if it has none of them.
+/// The images, the opacity and the emission of a material; `None` if it has none of them.
 fn textures(scene: &Scene, material: usize) -> Option<String> {
     let all = scene.textures(MaterialId(material as u32))?;
     let size = |image: u32| {
@@ -100,10 +111,6 @@ fn textures(scene: &Scene, material: usize) -> Option<String> {
     let [red, green, blue] = all.emission;
     let parts = [
         all.base.map(|texture| format!("texture {}", size(texture.image))),
-        all.checker.map(|checker| {
-            let [own, other] = checker.colors.map(list);
-            format!("checker of {own} and {other}, size {}", checker.size)
-        }),
         all.cut_out.map(|cut_out| {
             format!(
                 "cut out below {} of {}",
@@ -126,5 +133,6 @@ fn textures(scene: &Scene, material: usize) -> Option<String> {
         all.normal_map
             .map(|map| format!("normal map {}", size(map.texture.image))),
     ];
-    Some(parts.into_iter().flatten().collect::<Vec<_>>().join(", "))
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    (!parts.is_empty()).then(|| parts.join(", "))
 }

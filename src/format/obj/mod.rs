@@ -14,6 +14,7 @@ mod corners;
 mod elements;
 mod libraries;
 mod mtl;
+mod texture_files;
 mod textures;
 
 use super::{

@@ -9,15 +9,15 @@ use super::super::{
     place::{TextFault, Words, after_mark},
     textures::Images,
 };
-use super::textures::Shift;
+use super::{
+    texture_files::{TextureFile, texture_file},
+    textures::Shift,
+};
 use crate::{
     error::quote,
-    scene::{CutOut, MAX_MATERIALS, MAX_NORMAL_SCALE, NormalMap, Opacity, SurfaceTextures, Texture, Wrap},
+    scene::{CutOut, MAX_MATERIALS, NormalMap, Opacity, SurfaceTextures, Texture},
 };
-use std::{
-    borrow::Cow,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 /// Memory of a material's name beside its letters, bytes: its allocation, and its entry in a map.
 const NAME_BYTES: usize = 80;
@@ -86,7 +86,7 @@ pub(super) fn parse(
                 let file = texture_file(words);
                 add_texture_file(texture_files, path, &file.name());
                 let read = material.read_map(&keyword, &file, (path, &mut *images), budget)?;
-                left_out.turbulent += usize::from(read && file.is_turbulent);
+                left_out.turbulent += usize::from(read && file.options.is_turbulent);
                 if !read && keyword != b"map_ka" {
                     left_out.add_texture(written);
                 }
@@ -275,7 +275,7 @@ impl<'a> Reading<'a> {
             b"bump" | b"map_bump" if self.has_norm => return Ok(false),
             b"norm" | b"bump" | b"map_bump" => {
                 self.has_norm = keyword == b"norm";
-                self.normal_scale = file.strength;
+                self.normal_scale = file.options.strength;
                 (&mut self.normals, of_normals)
             }
             b"map_ka" => {
@@ -287,10 +287,10 @@ impl<'a> Reading<'a> {
         let image = images.number(path, &file.name(), budget);
         *map = image.map_err(|error| error.to_string())?.map(|image| Texture {
             image,
-            wrap: [file.wrap; 2],
+            wrap: [file.options.wrap; 2],
             nearest: false,
         });
-        *shift = map.is_some().then_some(file.shift);
+        *shift = map.is_some().then_some(file.options.shift);
         Ok(map.is_some())
     }
 
@@ -367,78 +367,6 @@ impl<'a> Reading<'a> {
     }
 }
 
-/// What a texture statement says.
-struct TextureFile<'a> {
-    written: &'a [u8],
-    wrap: Wrap,
-    shift: Shift,
-    is_turbulent: bool,
-    /// The factor of a bump map.
-    strength: f32,
-}
-
-impl TextureFile<'_> {
-    fn name(&self) -> Cow<'_, str> {
-        String::from_utf8_lossy(self.written)
-    }
-}
-
-/// Reads a texture statement: options, and the file's name.
-fn texture_file(mut words: Words<'_>) -> TextureFile<'_> {
-    let mut name = words.rest();
-    let (mut wrap, mut shift, mut is_turbulent) = (Wrap::Repeat, Shift::NONE, false);
-    let mut strength = 1.0;
-    while let Some((option @ [b'-', ..], _)) = words.next() {
-        match option {
-            b"-mm" => _ = words.nth(1),
-            b"-bm" => strength = number(&mut words).unwrap_or(1.0),
-            b"-o" | b"-s" | b"-t" => {
-                // One number or more; the third is for textures with depth.
-                let mut numbers = words.clone();
-                let mut i = 0;
-                while let Some(number) = number(&mut numbers) {
-                    let place = match option {
-                        b"-s" => shift.scale.get_mut(i),
-                        b"-o" => shift.offset.get_mut(i),
-                        _ => {
-                            is_turbulent |= number != 0.0;
-                            None
-                        }
-                    };
-                    if let Some(place) = place {
-                        *place = number;
-                    }
-                    words = numbers.clone();
-                    i += 1;
-                }
-            }
-            b"-clamp" => {
-                if words.next().is_some_and(|(word, _)| word == b"on") {
-                    wrap = Wrap::Clamp;
-                }
-            }
-            _ => _ = words.next(),
-        }
-        name.start = words.position();
-    }
-    let name = words.text(name).trim_ascii_start();
-    let comment = name
-        .windows(2)
-        .position(|pair| pair[0].is_ascii_whitespace() && pair[1] == b'#');
-    let name = name
-        .get(..comment.unwrap_or(name.len()))
-        .unwrap_or_default()
-        .trim_ascii_end();
-    let unquoted = name.strip_prefix(b"\"").and_then(|name| name.strip_suffix(b"\""));
-    TextureFile {
-        written: unquoted.unwrap_or(name),
-        wrap,
-        shift,
-        is_turbulent,
-        strength: strength.clamp(-MAX_NORMAL_SCALE, MAX_NORMAL_SCALE),
-    }
-}
-
 /// A colour, clamped to 0 to 1.
 fn color(words: Words<'_>) -> Option<[f32; 3]> {
     channels(words).map(|color| color.map(|channel| channel.clamp(0.0, 1.0)))
@@ -466,7 +394,7 @@ fn opacity(mut words: Words<'_>) -> Option<f32> {
     }
 }
 
-fn number(words: &mut Words<'_>) -> Option<f32> {
+pub(super) fn number(words: &mut Words<'_>) -> Option<f32> {
     let (word, _) = words.next()?;
     let number: f32 = fast_float2::parse(word).ok()?;
     number.is_finite().then_some(number)
