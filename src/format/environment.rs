@@ -3,6 +3,9 @@
 #[cfg(feature = "textures")]
 pub(super) use decoding::decode;
 
+#[cfg(feature = "textures")]
+mod radiance;
+
 use super::left_out::counted;
 #[cfg(feature = "cli")]
 use super::{Limits, budget::Budget, files};
@@ -37,7 +40,7 @@ pub(super) fn odd_note(path: &Path, (_, texels): &Decoded) -> Option<String> {
 
 #[cfg(feature = "textures")]
 mod decoding {
-    use super::Decoded;
+    use super::{Decoded, radiance::Radiance};
     use crate::{
         error::{decoder_reason, in_bytes},
         format::{
@@ -62,23 +65,31 @@ mod decoding {
     fn decode_within(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Decoded, String> {
         use ImageFormat::{Bmp, Hdr, Jpeg, OpenExr, Png, Tga, WebP};
         let by_name = || ImageFormat::from_path(path).ok();
-        let format = image::guess_format(bytes).ok().or_else(by_name);
+        let is_radiance = bytes.starts_with(b"#?").then_some(Hdr);
+        let format = is_radiance.or_else(|| image::guess_format(bytes).ok().or_else(by_name));
         let format = format.filter(|format| matches!(format, Hdr | OpenExr | Png | Jpeg | WebP | Bmp | Tga));
         let format =
             format.ok_or("unknown kind of picture, expected HDR, OpenEXR, PNG, JPEG, WebP, BMP or TGA")?;
         let most_block = match format {
-            Hdr => within_header(bytes)?,
             OpenExr => exr_block(bytes)?,
             _ => 0,
         };
-        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-        reader.limits(limits(HEADER_BYTES));
-        let decoder = reader.into_decoder().map_err(|error| sentence(&error))?;
-        let size @ [width, height] = <[u32; 2]>::from(decoder.dimensions());
+        let radiance = (format == Hdr).then(|| Radiance::read(bytes)).transpose()?;
+        let (size, decoded_bytes) = match &radiance {
+            Some(radiance) => (radiance.size, None),
+            None => {
+                let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+                reader.limits(limits(HEADER_BYTES));
+                let decoder = reader.into_decoder().map_err(|error| sentence(&error))?;
+                (decoder.dimensions().into(), Some(decoder.total_bytes()))
+            }
+        };
+        let [width, height] = size;
         check_size(width, height)?;
         let pixels = u64::from(width) * u64::from(height);
         // The decoded image, RGB floats, and the decoder's own memory.
-        let needed = decoder.total_bytes().saturating_mul(2) + 12 * pixels + most_block + DECODER_BYTES;
+        let decoded_bytes = decoded_bytes.unwrap_or(12 * pixels);
+        let needed = decoded_bytes.saturating_mul(2) + 12 * pixels + most_block + DECODER_BYTES;
         let kept = EnvironmentPicture::bytes(size);
         if needed + kept as u64 > budget.left() {
             return Err(format!(
@@ -87,6 +98,9 @@ mod decoding {
             ));
         }
         budget.take(kept).map_err(|error| error.to_string())?;
+        if let Some(radiance) = radiance {
+            return Ok((size, radiance.decode()?));
+        }
         let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
         reader.limits(limits(needed));
         let decoded = reader.decode().map_err(|error| sentence(&error))?;
@@ -103,16 +117,6 @@ mod decoding {
         Err(format!(
             "it has {width}x{height} pixels, expected 1x1 to {MAX_ENVIRONMENT_SIDE}x{MAX_ENVIRONMENT_SIDE}"
         ))
-    }
-
-    /// The decoder keeps every line of an HDR file's header, which ends with an empty one.
-    fn within_header(bytes: &[u8]) -> Result<u64, String> {
-        const MOST: usize = 1 << 16;
-        let head = bytes.get(..MOST).unwrap_or(bytes);
-        if head.windows(2).any(|pair| pair == b"\n\n") {
-            return Ok(0);
-        }
-        Err(format!("its header has no end within {MOST} bytes"))
     }
 
     /// Memory of the parts of an EXR file, whose sizes may differ from the image's: twice the bytes of their samples.

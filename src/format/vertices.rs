@@ -9,18 +9,17 @@ use crate::{
 };
 use std::collections::HashMap;
 
-/// Adds a position. The error is about its first coordinate that is not usable.
+/// Adds a position. The error is about its first coordinate that is not usable; the position is added all the same.
 #[cfg(any(feature = "gltf", feature = "threemf"))]
 pub(super) fn add_position(mesh: &mut TriangleMesh, [x, y, z]: [f32; 3]) -> Result<(), SceneError> {
-    for (what, value) in [("x", x), ("y", y), ("z", z)] {
-        if !is_usable(value) {
-            return Err(SceneError::NotUsable { what, value });
-        }
-    }
     mesh.x.push(x);
     mesh.y.push(y);
     mesh.z.push(z);
-    Ok(())
+    let all = [("x", x), ("y", y), ("z", z)];
+    match all.into_iter().find(|(_, value)| !is_usable(*value)) {
+        Some((what, value)) => Err(SceneError::NotUsable { what, value }),
+        None => Ok(()),
+    }
 }
 
 /// A corner without an attribute.

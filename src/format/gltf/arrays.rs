@@ -4,7 +4,7 @@ use super::{Surface, buffers::Buffers, materials::display_value, morphs::Attribu
 use crate::{
     error::{LoadError, SceneError},
     format::{mesh::LINE_VERTICES, textures, vertices::add_position},
-    scene::{TriangleMesh, is_usable},
+    scene::{Placing, TriangleMesh, is_usable},
 };
 use glam::{DMat3, DMat4, DVec4, Vec3};
 use std::ops::Range;
@@ -34,6 +34,8 @@ pub(super) struct Arrays {
     pub(super) clamped: usize,
     /// The largest absolute coordinate of the vertices as stored, times the scale of their node.
     pub(super) reach: f32,
+    /// The error about the first position that is NaN or too large.
+    pub(super) unusable: Option<LoadError>,
 }
 
 impl Arrays {
@@ -117,21 +119,23 @@ impl Arrays {
             let matrix = shape.matrix(i, world, buffers)?;
             is_mirrored.get_or_insert_with(|| matrix.determinant() < 0.0);
             let position = shape.positions.vector(i);
-            reach = position.iter().fold(reach, |reach, x| reach.max(x.abs()));
+            let usable = position.iter().filter(|x| is_usable(**x));
+            reach = usable.fold(reach, |reach, x| reach.max(x.abs()));
             let position = shape.morphed(Attribute::Position, i, position);
             let position = if is_identity {
                 position
             } else {
                 (matrix * position.extend(1.0)).truncate()
             };
-            add_position(&mut self.columns, position.as_vec3().to_array()).map_err(|error| {
-                buffers.refused(format!(
+            let added = add_position(&mut self.columns, position.as_vec3().to_array());
+            if let (Err(error), None) = (added, &self.unusable) {
+                self.unusable = Some(buffers.refused(format!(
                     "accessors[{}]: vertex {} of {}: {error}",
                     shape.positions.accessor,
                     i + 1,
                     shape.positions.count
-                ))
-            })?;
+                )));
+            }
         }
         self.reach = self.reach.max(reach * scale(world));
         Ok(is_mirrored.unwrap_or(false))
@@ -217,6 +221,23 @@ impl Arrays {
         } else if self.has_uvs {
             columns.uvs.resize(columns.x.len(), [0.0; 2]);
         }
+    }
+
+    /// What checks placements, by the usable vertices.
+    pub(super) fn placing(&self) -> Placing {
+        if self.unusable.is_none() {
+            return Placing::of(&self.columns);
+        }
+        let TriangleMesh { x, y, z, .. } = &self.columns;
+        let mut usable = TriangleMesh::default();
+        for ((&x, &y), &z) in x.iter().zip(y).zip(z) {
+            if [x, y, z].into_iter().all(is_usable) {
+                usable.x.push(x);
+                usable.y.push(y);
+                usable.z.push(z);
+            }
+        }
+        Placing::of(&usable)
     }
 
     /// Gives triangles without texture coordinates surfaces without textures. Returns how many there are.

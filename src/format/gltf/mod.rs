@@ -128,13 +128,15 @@ pub(super) fn parse(
     transmission::left_out(&document, &mut left_out);
     materials::left_out(&materials, unsupported, &mut left_out);
     left_out.count(
-        reading.odd_uvs(),
+        reading.arrays().map(|arrays| arrays.odd_uvs).sum(),
         "texture coordinate that is NaN or too large",
         "texture coordinates that are NaN or too large",
     );
     let highlights = materials.iter().map(|shown| shown.highlight).collect::<Vec<_>>();
+    let unusable = reading.arrays().find_map(|arrays| arrays.unusable.take());
     let mut mesh = reading.finish(materials, path);
     mesh.notes.extend(left_out.note(path));
+    mesh.leave_out_unusable(unusable, path, budget)?;
     mesh.texture_files = texture_files;
     let used = used_surfaces(&mesh);
     let surfaces = (&mut mesh.surfaces[..], &used[..], &highlights[..]);

@@ -341,9 +341,7 @@ impl Reading {
             }
         }
         let part = &mut self.parts[part];
-        let placing = part
-            .placing
-            .get_or_insert_with(|| Placing::of(&part.arrays.columns));
+        let placing = part.placing.get_or_insert_with(|| part.arrays.placing());
         let transform = Transform::from_rows([0, 1, 2].map(|i| world.row(i).to_array()));
         match placing.check(&transform) {
             Ok(()) => {
@@ -464,10 +462,10 @@ impl Reading {
         );
     }
 
-    /// How many texture coordinates are not finite.
-    pub(super) fn odd_uvs(&self) -> usize {
-        let parts = self.parts.iter().map(|part| part.arrays.odd_uvs);
-        self.baked.odd_uvs + parts.sum::<usize>()
+    /// All arrays.
+    pub(super) fn arrays(&mut self) -> impl Iterator<Item = &mut Arrays> {
+        let parts = self.parts.iter_mut().map(|part| &mut part.arrays);
+        std::iter::once(&mut self.baked).chain(parts)
     }
 }
 

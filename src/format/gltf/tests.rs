@@ -451,8 +451,11 @@ fn faults() {
     assert!(refused(r#""mesh":0},{"ch"#, r#""mesh":1},{"ch"#).contains("out of bounds"));
     assert!(refused(r#""children":[2,3]"#, r#""children":[1,3]"#).contains("nodes[1] has two parents"));
     assert!(
-        refused(r#""translation":[10,0,0]"#, r#""translation":[1e30,0,0]"#)
-            .contains("vertex 1 of 3: x is 1e30")
+        refused(
+            r#"{"mesh":0},{"children":[2,3],"translation":[10,0,0]"#,
+            r#"{},{"children":[2,3],"translation":[1e30,0,0]"#
+        )
+        .contains("vertex 1 of 3: x is 1e30")
     );
 }
 

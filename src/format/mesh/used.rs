@@ -83,14 +83,45 @@ impl LoadedMesh {
         budget: &Budget,
     ) -> Result<(), LoadError> {
         if let Some(first) = unusable.first {
-            let dropped = self.drop_unusable(budget);
-            let dropped = dropped.map_err(|error| error.into_error(path))?;
-            if self.columns.triangles.is_empty() && (self.cloud.is_none() || self.columns.x.is_empty()) {
-                return Err(first);
-            }
-            self.note_unusable(unusable.count, dropped, path);
+            self.leave_out(first, unusable.count, path, budget)?;
         }
         self.drop_unused(budget).map_err(|error| error.into_error(path))
+    }
+
+    /// Drops unusable vertices, and the triangles and lines that use them, if there is an error about the first one.
+    ///
+    /// # Errors
+    /// As [`LoadedMesh::keep_used`].
+    #[cfg(any(feature = "gltf", feature = "threemf"))]
+    pub(in crate::format) fn leave_out_unusable(
+        &mut self,
+        first: Option<LoadError>,
+        path: &Path,
+        budget: &Budget,
+    ) -> Result<(), LoadError> {
+        let Some(first) = first else { return Ok(()) };
+        let points = self.arrays().flat_map(points);
+        match points.filter(|&point| !has_place(point)).count() {
+            0 => Ok(()),
+            count => self.leave_out(first, count, path, budget),
+        }
+    }
+
+    fn leave_out(
+        &mut self,
+        first: LoadError,
+        count: usize,
+        path: &Path,
+        budget: &Budget,
+    ) -> Result<(), LoadError> {
+        let dropped = self.drop_unusable(budget);
+        let dropped = dropped.map_err(|error| error.into_error(path))?;
+        let has_triangles = self.arrays().any(|columns| !columns.triangles.is_empty());
+        if !has_triangles && (self.cloud.is_none() || self.columns.x.is_empty()) {
+            return Err(first);
+        }
+        self.note_unusable(count, dropped, path);
+        Ok(())
     }
 
     /// Drops the vertices that no triangle uses from each mesh that has triangles.
@@ -103,29 +134,23 @@ impl LoadedMesh {
     /// Drops the unusable points of a cloud and the lines that end there, or the triangles with unusable corners. Returns the
     /// number of lines or triangles dropped.
     fn drop_unusable(&mut self, budget: &Budget) -> Result<usize, BudgetError> {
-        let TriangleMesh { x, y, z, .. } = &self.columns;
-        let mut usable: Vec<bool> = Vec::new();
-        budget.reserve(&mut usable, x.len())?;
-        let points = x.iter().zip(y).zip(z);
-        usable.extend(points.map(|((&x, &y), &z)| is_usable(x) && is_usable(y) && is_usable(z)));
-        let is_usable = |&vertex: &u32| usable.get(vertex as usize).is_some_and(|&usable| usable);
-        let dropped = if let Some(cloud) = &mut self.cloud {
+        if let Some(cloud) = &mut self.cloud {
+            let usable = usable_vertices(&self.columns, budget)?;
             let before = cloud.lines.len();
-            cloud.lines.retain(|ends| ends.iter().all(is_usable));
+            cloud
+                .lines
+                .retain(|ends| ends.iter().all(|&end| is_in(&usable, end)));
             let lines = cloud.lines.as_flattened_mut();
             let dropped = before - lines.len() / 2;
             keep(&mut self.columns, lines, &usable, budget)?;
-            dropped
-        } else {
-            let triangles = &mut self.columns.triangles;
-            let before = triangles.len();
-            let mut corners = triangles.iter();
-            let mut stays = || corners.next().is_none_or(|corners| corners.iter().all(is_usable));
-            self.surface_of.retain(|_| stays());
-            triangles.retain(|corners| corners.iter().all(is_usable));
-            before - triangles.len()
-        };
-        budget.give_back(usable.capacity());
+            budget.give_back(usable.capacity());
+            return Ok(dropped);
+        }
+        let mut dropped = drop_triangles(&mut self.columns, &mut self.surface_of, budget)?;
+        for part in &mut self.shared {
+            dropped += drop_triangles(&mut part.columns, &mut part.surface_of, budget)?;
+        }
+        self.shared.retain(|part| !part.columns.triangles.is_empty());
         Ok(dropped)
     }
 
@@ -151,6 +176,49 @@ impl LoadedMesh {
         }
         add_to_note(&mut self.notes, path, &what);
     }
+}
+
+fn points(columns: &TriangleMesh) -> impl Iterator<Item = [f32; 3]> {
+    let TriangleMesh { x, y, z, .. } = columns;
+    x.iter().zip(y).zip(z).map(|((&x, &y), &z)| [x, y, z])
+}
+
+fn has_place(point: [f32; 3]) -> bool {
+    point.into_iter().all(is_usable)
+}
+
+/// Which vertices are usable.
+fn usable_vertices(columns: &TriangleMesh, budget: &Budget) -> Result<Vec<bool>, BudgetError> {
+    let mut usable: Vec<bool> = Vec::new();
+    budget.reserve(&mut usable, columns.x.len())?;
+    usable.extend(points(columns).map(has_place));
+    Ok(usable)
+}
+
+fn is_in(usable: &[bool], vertex: u32) -> bool {
+    usable.get(vertex as usize).is_some_and(|&usable| usable)
+}
+
+/// Drops the triangles with unusable corners, and all vertices if no triangle is left. Returns the number of triangles
+/// dropped.
+fn drop_triangles(
+    columns: &mut TriangleMesh,
+    surface_of: &mut Vec<u32>,
+    budget: &Budget,
+) -> Result<usize, BudgetError> {
+    let usable = usable_vertices(columns, budget)?;
+    let stays = |corners: &[u32; 3]| corners.iter().all(|&corner| is_in(&usable, corner));
+    let triangles = &mut columns.triangles;
+    let before = triangles.len();
+    let mut all = triangles.iter();
+    surface_of.retain(|_| all.next().is_none_or(stays));
+    triangles.retain(stays);
+    let dropped = before - triangles.len();
+    budget.give_back(usable.capacity());
+    if triangles.is_empty() {
+        *columns = TriangleMesh::default();
+    }
+    Ok(dropped)
 }
 
 /// Drops the vertices that no triangle uses. Mostly all are used: then this is one pass over the triangles.

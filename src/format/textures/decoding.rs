@@ -124,7 +124,13 @@ fn header<'a>(encoded: &Encoded<'a>) -> Result<Header<'a>, String> {
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     reader.limits(limits(HEADER_BYTES));
     let decoder = reader.into_decoder();
-    let decoder = decoder.map_err(|error| sentence(&error))?;
+    let decoder = decoder.map_err(|error| match error {
+        // Such as palettes, and floating-point grey.
+        ImageError::Unsupported(_) if format == Tiff => {
+            "this kind of TIFF is not read, expected grey or RGB of 8 or 16 bits: convert it, for example to PNG".to_owned()
+        }
+        error => sentence(&error),
+    })?;
     let (width, height) = decoder.dimensions();
     if width.max(height) > MAX_IMAGE_SIDE || width.min(height) == 0 {
         return Err(format!(

@@ -80,6 +80,8 @@ pub(super) struct Building<'a> {
     pub(super) surface_of: Vec<u32>,
     /// How many references are to objects of the type `other`.
     others: usize,
+    /// The error about the first position that is NaN or too large.
+    pub(super) unusable: Option<LoadError>,
 }
 
 impl<'a> Building<'a> {
@@ -93,6 +95,7 @@ impl<'a> Building<'a> {
             columns: TriangleMesh::default(),
             surface_of: Vec::new(),
             others: 0,
+            unusable: None,
         }
     }
 
@@ -121,8 +124,10 @@ impl<'a> Building<'a> {
         let budget = self.package.budget();
         let text = self.package.read(part)?;
         let path = self.package.path_of(part);
-        let model =
-            parse(&text, &mut self.palette, budget).map_err(|fault| fault.into_error(&text, &path))?;
+        let located = |fault: TextFault| fault.into_error(&text, &path);
+        let mut model = parse(&text, &mut self.palette, budget).map_err(located)?;
+        let unusable = model.unusable.take().filter(|_| self.unusable.is_none());
+        self.unusable = self.unusable.take().or(unusable.map(located));
         budget.give_back(text.capacity());
         let taken = budget.take(ENTRY_BYTES + 2 * part.len());
         taken.map_err(|error| self.no_room(error))?;
@@ -276,10 +281,6 @@ impl<'a> Building<'a> {
             Shape::Mesh(mesh) => {
                 let base = self.columns.x.len() as u32;
                 let placed = add_positions(&mut self.columns, mesh, &world, self.package.budget().offset());
-                if let Err((vertex, error)) = placed {
-                    let message = format!("vertex {vertex} of object {}: {error}", key.1);
-                    return Err(self.fault(at.0, at.1.clone(), message));
-                }
                 let corners = mesh
                     .triangles
                     .iter()
@@ -287,6 +288,10 @@ impl<'a> Building<'a> {
                 self.columns.triangles.extend(corners);
                 self.surface_of.extend_from_slice(&mesh.surface_of);
                 add_attributes(&mut self.columns, mesh, &self.palette);
+                if let (Err((vertex, error)), None) = (placed, &self.unusable) {
+                    let message = format!("vertex {vertex} of object {}: {error}", key.1);
+                    self.unusable = Some(self.fault(at.0, at.1.clone(), message));
+                }
             }
             Shape::Components(components) => {
                 for i in 0..components.len() {
@@ -332,7 +337,7 @@ impl<'a> Building<'a> {
     }
 }
 
-/// Adds the positions of a mesh. The error has the index of the first unusable one.
+/// Adds the positions of a mesh. The error has the index of the first unusable one; all are added.
 fn add_positions(
     columns: &mut TriangleMesh,
     mesh: &Mesh,
@@ -341,6 +346,7 @@ fn add_positions(
 ) -> Result<(), (usize, SceneError)> {
     let is_identity = *world == DAffine3::IDENTITY && offset.is_none();
     let (own, offset) = (mesh.offset.vector(), offset.vector());
+    let mut first = Ok(());
     for (i, position) in mesh.positions.iter().enumerate() {
         let position = if is_identity {
             *position
@@ -349,9 +355,10 @@ fn add_positions(
             let placed = world.transform_point3(position) - offset;
             placed.as_vec3().to_array()
         };
-        add_position(columns, position).map_err(|error| (i, error))?;
+        let added = add_position(columns, position).map_err(|error| (i, error));
+        first = first.and(added);
     }
-    Ok(())
+    first
 }
 
 /// Adds colours and texture coordinates of the vertices that were added last, if the file has any.

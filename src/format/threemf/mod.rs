@@ -46,7 +46,10 @@ pub(super) fn parse(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Loaded
     let start = start_part(&mut package)?;
     let mut building = Building::new(package);
     building.build(&start)?;
-    Ok(finish(building))
+    let unusable = building.unusable.take();
+    let mut mesh = finish(building);
+    mesh.leave_out_unusable(unusable, path, budget)?;
+    Ok(mesh)
 }
 
 /// The model part that the archive begins with.

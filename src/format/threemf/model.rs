@@ -59,6 +59,8 @@ pub(super) struct Model {
     pub(super) items: Vec<Reference>,
     /// The number of items marked as not printable.
     pub(super) items_left_out: usize,
+    /// The fault of the first coordinate that is NaN or too large.
+    pub(super) unusable: Option<TextFault>,
 }
 
 /// An object.
@@ -91,9 +93,10 @@ pub(super) struct Reference {
 pub(super) struct Mesh {
     /// Relative to `offset`.
     pub(super) positions: Vec<[f32; 3]>,
-    /// None, unless the whole file is read relative to one; then the first vertex, since objects are moved when they are
-    /// placed.
+    /// None, unless the whole file is read relative to one; then the first usable vertex, since objects are moved when they
+    /// are placed.
     pub(super) offset: Offset,
+    has_offset: bool,
     pub(super) triangles: Vec<[u32; 3]>,
     /// The surface of each triangle.
     pub(super) surface_of: Vec<u32>,
@@ -267,10 +270,13 @@ impl<'b> Reader<'_, 'b> {
     fn vertices(&mut self, mesh: &mut Mesh) -> Result<(), TextFault> {
         while let Some(tag) = self.xml.child()? {
             if tag.name() == b"vertex" {
-                let mut position = position(&tag, mesh.offset)?;
-                if mesh.positions.is_empty() && !self.budget.offset().is_none() {
+                let unusable = &mut self.model.unusable;
+                let mut position = position(&tag, mesh.offset, unusable)?;
+                let is_usable = position.into_iter().all(is_usable);
+                if is_usable && !mesh.has_offset && !self.budget.offset().is_none() {
+                    mesh.has_offset = true;
                     mesh.offset = Offset::new(DVec3::from_array(position.map(f64::from)));
-                    position = self::position(&tag, mesh.offset)?;
+                    position = self::position(&tag, mesh.offset, unusable)?;
                 }
                 self.budget.reserve(&mut mesh.positions, 1)?;
                 mesh.positions.push(position);
@@ -314,8 +320,8 @@ impl<'b> Reader<'_, 'b> {
     }
 }
 
-/// The position of a vertex, less an offset.
-fn position(tag: &Tag<'_>, offset: Offset) -> Result<[f32; 3], TextFault> {
+/// The position of a vertex, less an offset. `unusable` becomes the fault of the first coordinate that is NaN or too large.
+fn position(tag: &Tag<'_>, offset: Offset, unusable: &mut Option<TextFault>) -> Result<[f32; 3], TextFault> {
     let mut position = [None; 3];
     for attribute in tag.attributes() {
         let attribute = attribute?;
@@ -325,7 +331,7 @@ fn position(tag: &Tag<'_>, offset: Offset) -> Result<[f32; 3], TextFault> {
             b"z" => 2,
             _ => continue,
         };
-        position[axis] = Some(attribute.coordinate(axis, offset)?);
+        position[axis] = Some(attribute.coordinate(axis, offset, unusable)?);
     }
     let [x, y, z] = position;
     Ok([

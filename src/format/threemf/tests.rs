@@ -3,6 +3,8 @@ use crate::scene::Wrap;
 use rawzip::{CompressionMethod, ZipArchiveWriter, path::EntryPath};
 use std::io::Write;
 
+mod unusable;
+
 const RELS: &str = r#"<Relationships><Relationship Id="a" Target="/3D/3dmodel.model" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;
 
 /// Four corners of a square.
@@ -285,7 +287,10 @@ fn faults_have_places() {
         at("2:49: found `red`, expected a colour such as `#FF8000`")
     );
     assert_eq!(
-        fault("\n<resources><object id=\"1\"><mesh><vertices><vertex x=\"0\" y=\"nan\" z=\"0\"/>"),
+        fault(
+            "\n<resources><object id=\"1\"><mesh><vertices><vertex x=\"0\" y=\"nan\" z=\"0\"/></vertices><triangles>\
+             <triangle v1=\"0\" v2=\"0\" v3=\"0\"/></triangles></mesh></object></resources><build><item objectid=\"1\"/></build>"
+        ),
         at("2:60: y is NaN, expected a finite number")
     );
     assert_eq!(

@@ -273,17 +273,22 @@ impl Attribute<'_> {
         Ok(if is_opaque { number << 8 | 0xff } else { number }.to_be_bytes())
     }
 
-    /// The value as a coordinate on an axis, less an offset.
-    pub(super) fn coordinate(&self, axis: usize, offset: Offset) -> Result<f32, TextFault> {
+    /// The value as a coordinate on an axis, less an offset. `unusable` becomes the fault of the first one that is NaN or
+    /// too large.
+    pub(super) fn coordinate(
+        &self,
+        axis: usize,
+        offset: Offset,
+        unusable: &mut Option<TextFault>,
+    ) -> Result<f32, TextFault> {
         let what = ["x", "y", "z"][axis];
         let value = offset
             .parse(axis, self.value.trim_ascii())
             .map_err(|_| self.fault(format!("`{what}` is {}, expected a number", quote(self.value))))?;
-        if is_usable(value) {
-            Ok(value)
-        } else {
-            Err(self.fault(SceneError::NotUsable { what, value }.to_string()))
+        if !is_usable(value) && unusable.is_none() {
+            *unusable = Some(self.fault(SceneError::NotUsable { what, value }.to_string()));
         }
+        Ok(value)
     }
 }
 

@@ -37,6 +37,20 @@ fn gif_and_tiff_are_shown() {
     }
 }
 
+/// A TIFF image with a palette, which the decoder does not know.
+#[test]
+fn what_to_do_with_other_tiff_is_said() {
+    let mut tiff = written(image::ImageFormat::Tiff);
+    // The entry of the photometric interpretation, a short number.
+    let key = [262_u16, 3, 1, 0].map(u16::to_le_bytes).concat();
+    let at = tiff.windows(8).position(|bytes| bytes == key).expect("an entry");
+    tiff[at + 8] = 3;
+    let (_, notes) = obj_scene("map_Kd a.png", &tiff);
+    let expected = "a.obj: texture a.png is not shown: this kind of TIFF is not read, expected grey or RGB of 8 or 16 bits: \
+                    convert it, for example to PNG";
+    assert_eq!(notes, [expected]);
+}
+
 /// Options of `map_Kd` scale and offset the coordinates, whose origin is the lower left corner.
 #[test]
 fn textures_are_scaled_and_offset() {

@@ -222,3 +222,50 @@ fn faces_with_few_corners_are_left_out() {
         );
     }
 }
+
+/// Two nodes with two triangles each, the second of which has the corner x, 5, 0.
+#[cfg(feature = "gltf")]
+#[test]
+fn triangles_of_gltf_with_unusable_corners_are_left_out() {
+    use crate::format::mesh::{Sharing, parse_shared};
+    use base64::{Engine, prelude::BASE64_STANDARD};
+    let loaded = |x: [f32; 2], nodes: &str, sharing| {
+        let corners = [x[0], 1.0, 0.0, 1.0, 0.0, 0.0, 2.0, 1.0, 0.0, x[1], 5.0, 0.0];
+        let bytes: Vec<u8> = corners.into_iter().flat_map(f32::to_le_bytes).collect();
+        let bytes = [bytes, vec![0, 1, 2, 2, 1, 3]].concat();
+        let data = BASE64_STANDARD.encode(bytes);
+        let json = format!(
+            r#"{{"asset":{{"version":"2.0"}},"nodes":[{nodes}],"materials":[{{}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1,"material":0}}]}}],
+            "accessors":[{{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"}},
+            {{"bufferView":1,"componentType":5121,"count":6,"type":"SCALAR"}}],
+            "bufferViews":[{{"buffer":0,"byteLength":48}},{{"buffer":0,"byteOffset":48,"byteLength":6}}],
+            "buffers":[{{"byteLength":54,"uri":"data:application/octet-stream;base64,{data}"}}]}}"#
+        );
+        let open = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
+        parse_shared(json.into(), Path::new("a.gltf"), open, sharing).map_err(|error| error.to_string())
+    };
+    let twice = r#"{"mesh":0},{"mesh":0,"translation":[0,0,3]}"#;
+    for x in [f32::NAN, f32::NEG_INFINITY, 2e9] {
+        let baked = loaded([0.0, x], twice, Sharing::Never).expect("a mesh");
+        assert_eq!(baked.columns.triangles, [[0, 1, 2], [3, 4, 5]]);
+        assert_eq!(baked.surface_of, [0, 0]);
+        let note = "a.gltf: left out: 2 vertices that are NaN or too large, 2 triangles that use them";
+        assert_eq!(baked.notes, [note]);
+        let shared = loaded([0.0, x], twice, Sharing::Always).expect("a mesh");
+        let part = &shared.shared[0];
+        assert_eq!((part.columns.x.len(), part.placements.len()), (3, 2));
+        assert_eq!((part.columns.triangles.len(), part.surface_of.len()), (1, 1));
+        let note = "a.gltf: left out: 1 vertex that is NaN or too large, 1 triangle that uses it";
+        assert_eq!(shared.notes, [note]);
+    }
+    // A node moves its mesh too far.
+    let far = r#"{"mesh":0},{"mesh":0,"translation":[0,0,2e9]}"#;
+    let mesh = loaded([0.0; 2], far, Sharing::Never).expect("a mesh");
+    assert_eq!(mesh.columns.triangles.len(), 2);
+    let nothing = r#"{"mesh":0,"translation":[0,2e9,0]}"#;
+    assert_eq!(
+        loaded([0.0; 2], nothing, Sharing::Never).expect_err("nothing is left"),
+        "a.gltf: accessors[0]: vertex 1 of 4: y is 2e9, but numbers above 1e9 are not supported"
+    );
+}

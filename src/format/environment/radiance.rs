@@ -1,0 +1,184 @@
+//! Radiance HDR files. The `image` crate decodes their pixels, but knows only the head `#?RADIANCE` and rows from the top.
+
+use crate::{error::quote, format::textures::decoding::sentence};
+use image::{DynamicImage, codecs::hdr::HdrDecoder};
+use std::io::{Cursor, Read};
+
+/// The most bytes of a header, whose end is an empty line.
+const MOST_HEADER: usize = 1 << 16;
+
+/// The most bytes of the line after the header.
+const MOST_SIZE_LINE: usize = 256;
+
+/// A file whose header was read.
+pub(super) struct Radiance<'a> {
+    /// Width and height.
+    pub(super) size: [u32; 2],
+    /// Whether scanlines are columns.
+    is_turned: bool,
+    /// Whether x runs to the left, and y upwards.
+    is_reversed: [bool; 2],
+    pixels: &'a [u8],
+}
+
+impl<'a> Radiance<'a> {
+    /// Reads the header. Lines such as `EXPOSURE` are not applied. The error is a sentence.
+    pub(super) fn read(bytes: &'a [u8]) -> Result<Self, String> {
+        if ![&b"#?RADIANCE"[..], b"#?RGBE"]
+            .iter()
+            .any(|head| bytes.starts_with(head))
+        {
+            return Err("it begins neither with `#?RADIANCE` nor with `#?RGBE`".to_owned());
+        }
+        let head = bytes.get(..MOST_HEADER).unwrap_or(bytes);
+        let end = head.windows(2).position(|pair| pair == b"\n\n");
+        let end = end.ok_or_else(|| format!("its header has no end within {MOST_HEADER} bytes"))?;
+        for line in head[..end].split(|&byte| byte == b'\n') {
+            match line.strip_prefix(b"FORMAT=").map(<[u8]>::trim_ascii) {
+                None | Some(b"32-bit_rle_rgbe") => {}
+                Some(b"32-bit_rle_xyze") => {
+                    return Err(
+                        "its colours are XYZ, expected RGB; Radiance's `ra_xyze -r` converts it".to_owned(),
+                    );
+                }
+                Some(other) => {
+                    let other = quote(other);
+                    return Err(format!("its format is {other}, expected `32-bit_rle_rgbe`"));
+                }
+            }
+        }
+        let rest = &bytes[end + 2..];
+        let line = rest.get(..MOST_SIZE_LINE).unwrap_or(rest);
+        let line = line.split(|&byte| byte == b'\n').next().unwrap_or_default();
+        let size = Self::of_size_line(line, rest.get(line.len() + 1..).unwrap_or_default());
+        size.ok_or_else(|| {
+            let line = quote(line.trim_ascii());
+            format!("the line of its size is {line}, expected for example `-Y 512 +X 1024`")
+        })
+    }
+
+    /// `-Y 512 +X 1024`: 512 scanlines downwards, with 1024 pixels each, to the right.
+    fn of_size_line(line: &[u8], pixels: &'a [u8]) -> Option<Self> {
+        let mut words = std::str::from_utf8(line).ok()?.split_ascii_whitespace();
+        let mut next = || Some((words.next()?, words.next()?.parse::<u32>().ok()?));
+        let ((slow, scanlines), (fast, length)) = (next()?, next()?);
+        let is_turned = matches!(slow, "-X" | "+X");
+        let (x, y, size) = if is_turned {
+            (slow, fast, [scanlines, length])
+        } else {
+            (fast, slow, [length, scanlines])
+        };
+        let is_known = matches!(x, "-X" | "+X") && matches!(y, "-Y" | "+Y");
+        (is_known && words.next().is_none()).then_some(Self {
+            size,
+            is_turned,
+            is_reversed: [x == "-X", y == "+Y"],
+            pixels,
+        })
+    }
+
+    /// The pixels, rows from the top. Takes 24 bytes for each.
+    pub(super) fn decode(&self) -> Result<Vec<[f32; 3]>, String> {
+        let [width, height] = self.size;
+        let (scanlines, length) = if self.is_turned {
+            (width, height)
+        } else {
+            (height, width)
+        };
+        let head = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {scanlines} +X {length}\n");
+        let reader = Cursor::new(head).chain(self.pixels);
+        let decoder = HdrDecoder::new(reader).map_err(|error| sentence(&error))?;
+        let decoded = DynamicImage::from_decoder(decoder).map_err(|error| sentence(&error))?;
+        let texels = bytemuck::allocation::try_cast_vec(decoded.into_rgb32f().into_raw());
+        let mut texels: Vec<[f32; 3]> = texels.map_err(|_| "it does not fit into memory".to_owned())?;
+        let [width, height] = [width as usize, height as usize];
+        if self.is_turned {
+            let columns = texels;
+            let row = |y: usize| columns.iter().skip(y).step_by(height);
+            texels = (0..height).flat_map(row).copied().collect();
+        }
+        if self.is_reversed[0] {
+            texels.chunks_exact_mut(width).for_each(<[_]>::reverse);
+        }
+        if self.is_reversed[1] {
+            // All pixels reversed, and each row once more.
+            texels.reverse();
+            texels.chunks_exact_mut(width).for_each(<[_]>::reverse);
+        }
+        Ok(texels)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::format::{budget::Budget, environment::decode};
+    use std::path::Path;
+
+    /// A picture of the grey values 1 to 6 of 128, in the order of the file.
+    fn decoded(head: &str, size: &str) -> Result<([u32; 2], Vec<u8>), String> {
+        let mut file = format!("{head}\n\n{size}\n").into_bytes();
+        file.extend((1..=6).flat_map(|value| [value, value + 1, value, 128]));
+        let (size, texels) = decode(&file, Path::new("a"), &Budget::unlimited())?;
+        Ok((
+            size,
+            texels.iter().map(|texel| (texel[0] * 256.0) as u8).collect(),
+        ))
+    }
+
+    #[test]
+    fn heads_and_orientations() {
+        for head in [
+            "#?RADIANCE\nFORMAT=32-bit_rle_rgbe",
+            "#?RGBE\n# a comment\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2",
+            "#?RGBE",
+        ] {
+            for (line, size, expected) in [
+                ("-Y 2 +X 3", [3, 2], [1, 2, 3, 4, 5, 6]),
+                ("-Y 2 -X 3", [3, 2], [3, 2, 1, 6, 5, 4]),
+                ("+Y 2 +X 3", [3, 2], [4, 5, 6, 1, 2, 3]),
+                ("+Y 2 -X 3", [3, 2], [6, 5, 4, 3, 2, 1]),
+                ("+X 3 -Y 2", [3, 2], [1, 3, 5, 2, 4, 6]),
+                ("+X 3 +Y 2", [3, 2], [2, 4, 6, 1, 3, 5]),
+                ("-X 3 -Y 2", [3, 2], [5, 3, 1, 6, 4, 2]),
+                ("-X 3 +Y 2", [3, 2], [6, 4, 2, 5, 3, 1]),
+            ] {
+                let found = decoded(head, line).expect("a picture");
+                assert_eq!(found, (size, expected.to_vec()), "{head} {line}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_read_is_said() {
+        let size = "-Y 2 +X 3";
+        for (head, size, expected) in [
+            (
+                "#?RADIANCE\nFORMAT=32-bit_rle_xyze",
+                size,
+                "its colours are XYZ, expected RGB; Radiance's `ra_xyze -r` converts it",
+            ),
+            (
+                "#?RGBE\nFORMAT=spectral",
+                size,
+                "its format is `spectral`, expected `32-bit_rle_rgbe`",
+            ),
+            (
+                "#?PICTURE",
+                size,
+                "it begins neither with `#?RADIANCE` nor with `#?RGBE`",
+            ),
+            (
+                "#?RGBE",
+                "-Y 2 +Y 3",
+                "the line of its size is `-Y 2 +Y 3`, expected for example `-Y 512 +X 1024`",
+            ),
+            (
+                "#?RGBE",
+                "-Y 0 +X 3",
+                "it has 3x0 pixels, expected 1x1 to 16384x16384",
+            ),
+        ] {
+            assert_eq!(decoded(head, size).expect_err("refused"), expected);
+        }
+    }
+}
