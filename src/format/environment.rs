@@ -75,21 +75,19 @@ mod decoding {
             _ => 0,
         };
         let radiance = (format == Hdr).then(|| Radiance::read(bytes)).transpose()?;
-        let (size, decoded_bytes) = match &radiance {
-            Some(radiance) => (radiance.size, None),
-            None => {
-                let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-                reader.limits(limits(HEADER_BYTES));
-                let decoder = reader.into_decoder().map_err(|error| sentence(&error))?;
-                (decoder.dimensions().into(), Some(decoder.total_bytes()))
-            }
+        let pixels = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
+        let (size, decoded) = if let Some(radiance) = &radiance {
+            (radiance.size, 12 * pixels(radiance.size))
+        } else {
+            let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+            reader.limits(limits(HEADER_BYTES));
+            let decoder = reader.into_decoder().map_err(|error| sentence(&error))?;
+            (decoder.dimensions().into(), decoder.total_bytes())
         };
         let [width, height] = size;
         check_size(width, height)?;
-        let pixels = u64::from(width) * u64::from(height);
         // The decoded image, RGB floats, and the decoder's own memory.
-        let decoded_bytes = decoded_bytes.unwrap_or(12 * pixels);
-        let needed = decoded_bytes.saturating_mul(2) + 12 * pixels + most_block + DECODER_BYTES;
+        let needed = decoded.saturating_mul(2) + 12 * pixels(size) + most_block + DECODER_BYTES;
         let kept = EnvironmentPicture::bytes(size);
         if needed + kept as u64 > budget.left() {
             return Err(format!(
