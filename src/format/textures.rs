@@ -255,6 +255,7 @@ pub(super) struct Decoded {
     /// Which of the encoded images had an alpha below 1 that is not shown.
     pub(super) lost_alpha: Vec<usize>,
     /// The mean strength of highlights in images made of roughness, in 255ths.
+    #[cfg_attr(not(feature = "gltf"), allow(dead_code, reason = "only glTF has such images"))]
     pub(super) strengths: Vec<Option<u8>>,
 }
 
@@ -382,6 +383,7 @@ fn name_uses(surfaces: &mut [Surface], highlights: &[Option<Highlight>]) -> Vec<
 
 /// What an image's pixels become.
 #[derive(Clone, Copy)]
+#[cfg_attr(not(feature = "textures"), allow(dead_code, reason = "nothing is decoded"))]
 enum Content<'a> {
     Colors,
     ColorsAndAlpha,

@@ -1,7 +1,7 @@
 //! glTF's map of roughness and metal as a map of highlights.
 
+#[cfg(feature = "textures")]
 use crate::math::srgb;
-use std::array;
 
 /// What becomes of a map of roughness (green) and metal (blue): highlights are stronger where it is smooth, and have the
 /// surface's colour where it is metal.
@@ -19,6 +19,7 @@ pub(in crate::format) struct Highlight {
 
 impl Highlight {
     /// Takes factors from 0 to 1 and display values.
+    #[cfg(feature = "gltf")]
     pub(in crate::format) fn new(roughness: f32, metallic: f32, color: [f32; 3], base: Option<u32>) -> Self {
         let color = color.map(|channel| (channel * 255.0 + 0.5) as u8);
         let is_white = color == [u8::MAX; 3] && base.is_none();
@@ -67,7 +68,7 @@ impl Highlight {
         // The base colour's display values, 0 to 1, by those of its texture.
         let tables: [[f32; 256]; 3] = self.color.map(|factor| {
             let factor = srgb::decode(f64::from(factor) / 255.0);
-            array::from_fn(|texel| srgb::encode(srgb::decode(texel as f64 / 255.0) * factor) as f32)
+            std::array::from_fn(|texel| srgb::encode(srgb::decode(texel as f64 / 255.0) * factor) as f32)
         });
         let mut sum = 0;
         for (i, texel) in map.chunks_exact_mut(4).enumerate() {
