@@ -49,7 +49,7 @@ impl Highlight {
         Self::without_metal((roughness * steps).round() / steps)
     }
 
-    /// The image of the base colour, if the map can have its colours.
+    /// The image of the base colour, if it counts.
     pub(super) fn base(self) -> Option<u32> {
         self.base
     }
