@@ -1,4 +1,7 @@
-//! Radiance HDR files. The `image` crate decodes their pixels, but knows only the head `#?RADIANCE` and rows from the top.
+//! Radiance HDR files. The `image` crate decodes their pixels, but knows only the head `#?RADIANCE` and rows from the top, and
+//! leaves the exposure in the values.
+//!
+//! Format: *Radiance File Formats*, Greg Ward.
 
 use crate::{error::quote, format::textures::decoding::sentence};
 use image::{DynamicImage, codecs::hdr::HdrDecoder};
@@ -18,11 +21,13 @@ pub(super) struct Radiance<'a> {
     is_turned: bool,
     /// Whether x runs to the left, and y upwards.
     is_reversed: [bool; 2],
+    /// What a value of 1 became, for each channel.
+    exposure: [f32; 3],
     pixels: &'a [u8],
 }
 
 impl<'a> Radiance<'a> {
-    /// Reads the header. Lines such as `EXPOSURE` are not applied. The error is a sentence.
+    /// Reads the header. The error is a sentence.
     pub(super) fn read(bytes: &'a [u8]) -> Result<Self, String> {
         if ![&b"#?RADIANCE"[..], b"#?RGBE"]
             .iter()
@@ -31,30 +36,40 @@ impl<'a> Radiance<'a> {
             return Err("it begins neither with `#?RADIANCE` nor with `#?RGBE`".to_owned());
         }
         let head = bytes.get(..MOST_HEADER).unwrap_or(bytes);
-        let end = head.windows(2).position(|pair| pair == b"\n\n");
-        let end = end.ok_or_else(|| format!("its header has no end within {MOST_HEADER} bytes"))?;
-        for line in head[..end].split(|&byte| byte == b'\n') {
-            match line.strip_prefix(b"FORMAT=").map(<[u8]>::trim_ascii) {
-                None | Some(b"32-bit_rle_rgbe") => {}
-                Some(b"32-bit_rle_xyze") => {
-                    return Err(
-                        "its colours are XYZ, expected RGB; Radiance's `ra_xyze -r` converts it".to_owned(),
-                    );
-                }
-                Some(other) => {
-                    let other = quote(other);
-                    return Err(format!("its format is {other}, expected `32-bit_rle_rgbe`"));
-                }
+        let mut exposure = [1.0; 3];
+        let mut end = 0;
+        loop {
+            let line = head[end..].split_inclusive(|&byte| byte == b'\n').next();
+            let line = line.filter(|line| line.ends_with(b"\n"));
+            let line = line.ok_or_else(|| format!("its header has no end within {MOST_HEADER} bytes"))?;
+            end += line.len();
+            if line.trim_ascii().is_empty() {
+                break;
+            }
+            check_format(line)?;
+            // Each line is one more step that the values went through.
+            if let Some(factor) = line.strip_prefix(b"EXPOSURE=") {
+                let [factor] = factors("EXPOSURE", factor)?;
+                exposure = exposure.map(|exposure| exposure * factor);
+            } else if let Some(all) = line.strip_prefix(b"COLORCORR=") {
+                let all: [f32; 3] = factors("COLORCORR", all)?;
+                exposure = std::array::from_fn(|channel| exposure[channel] * all[channel]);
             }
         }
-        let rest = &bytes[end + 2..];
+        if !exposure.iter().all(|exposure| exposure.is_normal()) {
+            return Err(
+                "its EXPOSURE and COLORCORR multiply to a number that is too small or too large".to_owned(),
+            );
+        }
+        let rest = &bytes[end..];
         let line = rest.get(..MOST_SIZE_LINE).unwrap_or(rest);
         let line = line.split(|&byte| byte == b'\n').next().unwrap_or_default();
-        let size = Self::of_size_line(line, rest.get(line.len() + 1..).unwrap_or_default());
-        size.ok_or_else(|| {
+        let found = Self::of_size_line(line, rest.get(line.len() + 1..).unwrap_or_default());
+        let found = found.ok_or_else(|| {
             let line = quote(line.trim_ascii());
             format!("the line of its size is {line}, expected for example `-Y 512 +X 1024`")
-        })
+        })?;
+        Ok(Self { exposure, ..found })
     }
 
     /// `-Y 512 +X 1024`: 512 scanlines downwards, with 1024 pixels each, to the right.
@@ -73,6 +88,7 @@ impl<'a> Radiance<'a> {
             size,
             is_turned,
             is_reversed: [x == "-X", y == "+Y"],
+            exposure: [1.0; 3],
             pixels,
         })
     }
@@ -105,8 +121,42 @@ impl<'a> Radiance<'a> {
             texels.reverse();
             texels.chunks_exact_mut(width).for_each(<[_]>::reverse);
         }
+        if self.exposure != [1.0; 3] {
+            for texel in &mut texels {
+                *texel = std::array::from_fn(|channel| texel[channel] / self.exposure[channel]);
+            }
+        }
         Ok(texels)
     }
+}
+
+/// Refuses a line that names another format.
+fn check_format(line: &[u8]) -> Result<(), String> {
+    match line.strip_prefix(b"FORMAT=").map(<[u8]>::trim_ascii) {
+        None | Some(b"32-bit_rle_rgbe") => Ok(()),
+        Some(b"32-bit_rle_xyze") => {
+            Err("its colours are XYZ, expected RGB; Radiance's `ra_xyze -r` converts it".to_owned())
+        }
+        Some(other) => {
+            let other = quote(other);
+            Err(format!("its format is {other}, expected `32-bit_rle_rgbe`"))
+        }
+    }
+}
+
+/// The numbers of a line that values were multiplied by.
+fn factors<const N: usize>(name: &str, text: &[u8]) -> Result<[f32; N], String> {
+    let words = text
+        .split(u8::is_ascii_whitespace)
+        .filter(|word| !word.is_empty());
+    let numbers = words.map(|word| fast_float2::parse(word).ok());
+    let all: Option<Vec<f32>> = numbers.take(N + 1).collect();
+    let all = all.filter(|all| all.iter().all(|factor| factor.is_normal() && *factor > 0.0));
+    all.and_then(|all| all.try_into().ok()).ok_or_else(|| {
+        let expected = if N == 1 { "a number" } else { "three numbers" };
+        let found = quote(text.trim_ascii());
+        format!("its {name} is {found}, expected {expected} above 0")
+    })
 }
 
 #[cfg(test)]
@@ -129,7 +179,7 @@ mod tests {
     fn heads_and_orientations() {
         for head in [
             "#?RADIANCE\nFORMAT=32-bit_rle_rgbe",
-            "#?RGBE\n# a comment\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2",
+            "#?RGBE\n# a comment\nFORMAT=32-bit_rle_rgbe\n\tEXPOSURE=2",
             "#?RGBE",
         ] {
             for (line, size, expected) in [
@@ -145,6 +195,18 @@ mod tests {
                 let found = decoded(head, line).expect("a picture");
                 assert_eq!(found, (size, expected.to_vec()), "{head} {line}");
             }
+        }
+    }
+
+    /// The values are those before it; lines that begin with a tab are about other pictures.
+    #[test]
+    fn exposure_is_divided_out() {
+        let head = "#?RADIANCE\nEXPOSURE= 0.5\nEXPOSURE=0.5\nCOLORCORR=0.5 8 1\n\tEXPOSURE=7";
+        for end in ["\n", "\r\n"] {
+            let head = format!("{head}\n\n-Y 1 +X 1\n").replace('\n', end);
+            let file = [head.as_bytes(), &[16, 16, 16, 128]].concat();
+            let (_, texels) = decode(&file, Path::new("a"), &Budget::unlimited()).expect("a picture");
+            assert_eq!(texels, [[0.5, 0.03125, 0.25]]);
         }
     }
 
@@ -168,6 +230,21 @@ mod tests {
                 "it begins neither with `#?RADIANCE` nor with `#?RGBE`",
             ),
             (
+                "#?RGBE\nEXPOSURE=0",
+                size,
+                "its EXPOSURE is `0`, expected a number above 0",
+            ),
+            (
+                "#?RGBE\nCOLORCORR=1 nan 1",
+                size,
+                "its COLORCORR is `1 nan 1`, expected three numbers above 0",
+            ),
+            (
+                "#?RGBE\nEXPOSURE=1e38\nEXPOSURE=1e38",
+                size,
+                "its EXPOSURE and COLORCORR multiply to a number that is too small or too large",
+            ),
+            (
                 "#?RGBE",
                 "-Y 2 +Y 3",
                 "the line of its size is `-Y 2 +Y 3`, expected for example `-Y 512 +X 1024`",
@@ -180,5 +257,8 @@ mod tests {
         ] {
             assert_eq!(decoded(head, size).expect_err("refused"), expected);
         }
+        let endless = decode(b"#?RGBE\nEXPOSURE=1\n", Path::new("a"), &Budget::unlimited());
+        let expected = "its header has no end within 65536 bytes";
+        assert_eq!(endless.expect_err("refused"), expected);
     }
 }
