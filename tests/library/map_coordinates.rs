@@ -296,3 +296,25 @@ fn placements_are_moved() {
     let first = shared.shared[0].placements[0].point(Vec3::ZERO).as_dvec3() + shared.offset;
     assert_eq!(first.to_array(), [500_000.000_976_562_5, 4e6, 0.0]);
 }
+
+/// A triangle at 0 among map coordinates makes only itself coarse.
+#[test]
+fn an_outlier_does_not_make_a_mesh_coarse() {
+    let mut obj = String::new();
+    for i in 0..100 {
+        obj += &format!("v {}.001 {}.003 9\n", 500_000 + i % 10, 4_000_000 + i / 10);
+    }
+    for i in 0..90 {
+        if i % 10 < 9 {
+            obj += &format!("f {} {} {} {}\n", i + 1, i + 2, i + 12, i + 11);
+        }
+    }
+    let fine = load(obj.as_str(), "a.obj");
+    let mesh = load(obj + "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\n", "a.obj");
+    let (found, expected) = (positions(&mesh), positions(&fine));
+    assert_eq!(found.len(), 103);
+    for (found, expected) in found.iter().zip(&expected) {
+        let far = DVec3::from_array(*found).distance(DVec3::from_array(*expected));
+        assert!(far < 1e-5, "{found:?} {expected:?}");
+    }
+}

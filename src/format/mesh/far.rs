@@ -17,11 +17,18 @@ use crate::{
     math::Aabb,
     scene::{Image, PlacedMesh, Transform, TriangleMesh, origin_of},
 };
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// The least number of steps of coordinates along a mesh: with fewer, smooth surfaces look like stairs.
 const LEAST_STEPS: f32 = 4000.0;
+
+/// How often longer than the middle half of its vertices a mesh must be for the rest to be outliers, such as a vertex at 0
+/// among map coordinates.
+const OUTLYING: f32 = 64.0;
+
+/// How many vertices show where the middle half is.
+const SAMPLE: usize = 4096;
 
 /// The fewest coordinates that are worth another thread.
 const MIN_PIECE: usize = 1 << 14;
@@ -87,10 +94,17 @@ pub(in crate::format) fn read(
     Ok(mesh)
 }
 
-/// The offset of a coarse mesh: the middle of its box on each axis on which the box is far from 0. `None` if the mesh is
-/// fine, or if coordinates that its file has as `f32` reach so far (`single_reach`) that they are coarse themselves.
+/// The offset of a coarse mesh: the middle of its box, without outliers, on each axis on which the box is far from 0. `None`
+/// if the mesh is fine, or if coordinates that its file has as `f32` reach so far (`single_reach`) that they are coarse
+/// themselves.
 fn offset_of(mesh: &LoadedMesh, single_reach: f32) -> Option<DVec3> {
-    let bounds = PlacedMesh::bounds(&mesh.placed());
+    let mut bounds = PlacedMesh::bounds(&mesh.placed());
+    if let Some(middle) = middle_half(&mesh.columns)
+        && (bounds.upper - bounds.lower).max_element()
+            > OUTLYING * (middle.upper - middle.lower).max_element()
+    {
+        bounds = middle;
+    }
     // Coinciding points of a cloud are left alone; a mesh without extent may have been rounded to a point.
     let is_point = |coarse: &Coarse| coarse.size == 0.0 && mesh.cloud.is_some();
     let coarse = Coarse::of(&bounds).filter(|coarse| !is_point(coarse))?;
@@ -99,6 +113,20 @@ fn offset_of(mesh: &LoadedMesh, single_reach: f32) -> Option<DVec3> {
         return None;
     }
     Some(origin_of(bounds).as_dvec3()).filter(|offset| *offset != DVec3::ZERO)
+}
+
+/// The box of the middle half of the vertices on each axis. `None` if there are no vertices, or most have one place.
+fn middle_half(mesh: &TriangleMesh) -> Option<Aabb> {
+    let step = mesh.x.len().div_ceil(SAMPLE).max(1);
+    let ends = [&mesh.x, &mesh.y, &mesh.z].map(|column| {
+        let mut values: Vec<f32> = column.iter().step_by(step).copied().collect();
+        values.sort_unstable_by(f32::total_cmp);
+        let at = |i: usize| values.get(i).copied().unwrap_or_default();
+        [at(values.len() / 4), at(values.len() * 3 / 4)]
+    });
+    let corner = |end: usize| Vec3::from(ends.map(|ends| ends[end]));
+    let (lower, upper) = (corner(0), corner(1));
+    (upper != lower).then_some(Aabb { lower, upper })
 }
 
 impl LoadedMesh {
@@ -141,7 +169,6 @@ impl LoadedMesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     #[test]
     fn bounds_are_coarse_by_their_distance_and_size() {
@@ -161,5 +188,26 @@ mod tests {
             assert_eq!(Coarse::of(&bounds).map(|coarse| coarse.step), step, "{center}");
         }
         assert!(Coarse::of(&Aabb::EMPTY).is_none());
+    }
+
+    #[test]
+    fn outliers_do_not_move_the_offset() {
+        let grid = |outliers: &[[f32; 3]]| {
+            let points = (0..100).map(|i| [5e5 + (i % 10) as f32, 4e6 + (i / 10) as f32, 7.0]);
+            let points: Vec<[f32; 3]> = points.chain(outliers.iter().copied()).collect();
+            let column = |axis: usize| points.iter().map(|point| point[axis]).collect();
+            let mut mesh = LoadedMesh::default();
+            (mesh.columns.x, mesh.columns.y, mesh.columns.z) = (column(0), column(1), column(2));
+            offset_of(&mesh, 0.0)
+        };
+        let near = |offset: Option<DVec3>| {
+            let offset = offset.expect("the mesh is coarse");
+            (offset.truncate() - glam::DVec2::new(500_004.5, 4_000_004.5)).length() < 2.0
+        };
+        assert!(near(grid(&[])));
+        assert!(near(grid(&[[0.0; 3]])));
+        assert!(near(grid(&[[9e8, 0.0, -9e8], [9e8; 3], [0.0; 3]])));
+        // Half of the vertices elsewhere are no outliers.
+        assert_eq!(grid(&[[0.0; 3]; 90]), None);
     }
 }
