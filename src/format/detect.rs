@@ -128,7 +128,7 @@ fn load_budgeted(
                 files::read(path, &budget)
             };
             let read = || mesh::parse_as(format, &bytes, name, open, &budget);
-            Loaded::Mesh(Box::new(mesh::read_far(&budget, read)?))
+            Loaded::Mesh(Box::new(mesh::read_far(&budget, name, read)?))
         }
     })
 }

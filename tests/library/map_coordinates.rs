@@ -313,8 +313,40 @@ fn an_outlier_does_not_make_a_mesh_coarse() {
     let mesh = load(obj + "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\n", "a.obj");
     let (found, expected) = (positions(&mesh), positions(&fine));
     assert_eq!(found.len(), 103);
+    assert!(fine.notes.is_empty(), "{:?}", fine.notes);
+    let expected_note = "a.obj: 3 vertices are far from all others: the mesh is 4000009 long, but 9 without them, so the rest is \
+                         a dot in a picture of all";
+    assert_eq!(mesh.notes, [expected_note]);
     for (found, expected) in found.iter().zip(&expected) {
         let far = DVec3::from_array(*found).distance(DVec3::from_array(*expected));
         assert!(far < 1e-5, "{found:?} {expected:?}");
     }
+}
+
+/// Stray vertices are noted near 0, too, but not those that no face uses, which are dropped, nor a mesh that is merely long.
+#[test]
+fn stray_vertices_are_noted() {
+    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1\nf 1 2 3 4\nf 1 2 5\n";
+    let notes = |more: &str| load(format!("{square}{more}"), "a.obj").notes;
+    assert_eq!(
+        notes("v 0 0 1e6\nf 1 2 -1\n"),
+        [
+            "a.obj: 1 vertex is far from all others: the mesh is 1000000 long, but 1 without it, so the rest is a dot in a \
+             picture of all"
+        ]
+    );
+    for more in ["", "v 0 0 1e6\n", "v 0 0 900\nf 1 2 -1\n"] {
+        assert!(notes(more).is_empty(), "{more}");
+    }
+    // As many elsewhere.
+    let other = "v 0 0 1e6\nv 1 0 1e6\nv 1 1 1e6\nv 0 1 1e6\nf -1 -2 -3 -4\n";
+    assert!(notes(other).is_empty());
+    // A vertex that no face uses does not make the others coarse either.
+    let far = "v 500000.001 4000000 9\nv 500001.001 4000000 9\nv 500000.001 4000001 9.5\nf 1 2 3\n";
+    let (alone, unused) = (
+        load(far, "a.obj"),
+        load(format!("v 0 0 0\n{}", far.replace("1 2 3\n", "2 3 4\n")), "a.obj"),
+    );
+    assert_eq!((unused.offset, &unused.notes), (alone.offset, &alone.notes));
+    assert_eq!(positions(&unused), positions(&alone));
 }

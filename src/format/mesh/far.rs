@@ -10,15 +10,16 @@
 
 use super::{
     super::{budget::Budget, offset::Offset},
-    LoadedMesh,
+    LoadedMesh, stray,
 };
 use crate::{
-    error::LoadError,
+    error::{LoadError, clip_path},
     math::Aabb,
     scene::{Image, PlacedMesh, Transform, TriangleMesh, origin_of},
 };
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use std::path::Path;
 
 /// The least number of steps of coordinates along a mesh: with fewer, smooth surfaces look like stairs.
 const LEAST_STEPS: f32 = 4000.0;
@@ -59,14 +60,22 @@ fn step_at(value: f32) -> f32 {
     (value.next_up() - value).min(f32::MAX)
 }
 
-/// Reads a mesh, and again relative to an offset if its coordinates are coarse and its file may have finer ones.
+/// Reads a mesh, and again relative to an offset if its coordinates are coarse and its file may have finer ones. Stray vertices
+/// are noted.
 pub(in crate::format) fn read(
     budget: &Budget,
+    path: &Path,
     mut read: impl FnMut() -> Result<LoadedMesh, LoadError>,
 ) -> Result<LoadedMesh, LoadError> {
     let before = budget.taken();
     let mut first = read()?;
-    let Some(offset) = offset_of(&first, budget.single_reach()) else {
+    let bounds = PlacedMesh::bounds(&first.placed());
+    let middle = middle_half(&first.columns);
+    let stray = middle.and_then(|middle| stray::note(&first, &bounds, &middle));
+    first
+        .notes
+        .extend(stray.map(|note| format!("{}: {note}", clip_path(path))));
+    let Some(offset) = offset_of(&first, (bounds, middle), budget.single_reach()) else {
         return Ok(first);
     };
     // Its surfaces, images and notes stay; its arrays are freed before others are made.
@@ -97,9 +106,12 @@ pub(in crate::format) fn read(
 /// The offset of a coarse mesh: the middle of its box, without outliers, on each axis on which the box is far from 0. `None`
 /// if the mesh is fine, or if coordinates that its file has as `f32` reach so far (`single_reach`) that they are coarse
 /// themselves.
-fn offset_of(mesh: &LoadedMesh, single_reach: f32) -> Option<DVec3> {
-    let mut bounds = PlacedMesh::bounds(&mesh.placed());
-    if let Some(middle) = middle_half(&mesh.columns)
+fn offset_of(
+    mesh: &LoadedMesh,
+    (mut bounds, middle): (Aabb, Option<Aabb>),
+    single_reach: f32,
+) -> Option<DVec3> {
+    if let Some(middle) = middle
         && (bounds.upper - bounds.lower).max_element()
             > OUTLYING * (middle.upper - middle.lower).max_element()
     {
@@ -198,7 +210,8 @@ mod tests {
             let column = |axis: usize| points.iter().map(|point| point[axis]).collect();
             let mut mesh = LoadedMesh::default();
             (mesh.columns.x, mesh.columns.y, mesh.columns.z) = (column(0), column(1), column(2));
-            offset_of(&mesh, 0.0)
+            let bounds = PlacedMesh::bounds(&mesh.placed());
+            offset_of(&mesh, (bounds, middle_half(&mesh.columns)), 0.0)
         };
         let near = |offset: Option<DVec3>| {
             let offset = offset.expect("the mesh is coarse");

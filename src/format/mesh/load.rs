@@ -67,7 +67,7 @@ pub(crate) fn load_shown(
 
 fn load_budgeted(path: &Path, asked: &mut Vec<PathBuf>, budget: &Budget) -> Result<LoadedMesh, LoadError> {
     asked.push(path.to_path_buf());
-    far::read(budget, || {
+    far::read(budget, path, || {
         let file = files::open(path, budget).map_err(|error| files::load_error(path, &error))?;
         let mut companions = Companions::new(asked);
         let mut mesh = read(
@@ -157,7 +157,7 @@ fn parse_budgeted(
 ) -> Result<LoadedMesh, LoadError> {
     foreign::refuse(&bytes, path, MeshFormat::EXPECTED)?;
     match MeshFormat::of(path, &bytes) {
-        Some(format) => far::read(budget, || parse_as(format, &bytes, path, open, budget)),
+        Some(format) => far::read(budget, path, || parse_as(format, &bytes, path, open, budget)),
         None => Err(unknown_format(path)),
     }
 }

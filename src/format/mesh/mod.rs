@@ -9,6 +9,7 @@ mod lights;
 mod load;
 mod scene;
 mod shared;
+mod stray;
 mod tubes;
 mod up;
 mod used;
