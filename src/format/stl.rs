@@ -23,6 +23,7 @@ use crate::{
     error::{LoadError, SceneError, quote},
     scene::{TriangleMesh, check_memory, is_usable},
 };
+use colors::Bits;
 use rayon::prelude::*;
 use std::{ops::Range, path::Path};
 
@@ -153,15 +154,15 @@ fn binary(source: &impl Pieces, path: &Path, budget: &Budget) -> Result<Option<L
     for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
         column.resize(3 * count, 0.0);
     }
-    if read_corners(source, &mut mesh).is_none() {
+    let Some(bits) = read_corners(source, &mut mesh) else {
         return Ok(None);
-    }
+    };
     let unusable = unusable(&mesh, count, path);
     let triangles = (0..count as u32).into_par_iter().with_min_len(MIN_PIECE);
     mesh.triangles
         .par_extend(triangles.map(|i| [3 * i, 3 * i + 1, 3 * i + 2]));
     let mut left_out = LeftOut::default();
-    let colors = colors::read(source, count, &mut left_out, budget);
+    let colors = colors::read(source, count, bits, &mut left_out, budget);
     let Some(colors) = colors.map_err(|error| error.into_error(path))? else {
         return Ok(None);
     };
@@ -180,8 +181,9 @@ fn binary(source: &impl Pieces, path: &Path, budget: &Budget) -> Result<Option<L
     Ok(Some(mesh))
 }
 
-/// Fills the coordinates of a mesh with the corners of all facets. `None` if bytes can no longer be read.
-fn read_corners(source: &impl Pieces, mesh: &mut TriangleMesh) -> Option<()> {
+/// Fills the coordinates of a mesh with the corners of all facets, and returns the bits of their attributes. `None` if bytes
+/// can no longer be read.
+fn read_corners(source: &impl Pieces, mesh: &mut TriangleMesh) -> Option<Bits> {
     let pieces = (
         mesh.x.par_chunks_mut(3 * PIECE),
         mesh.y.par_chunks_mut(3 * PIECE),
@@ -190,14 +192,16 @@ fn read_corners(source: &impl Pieces, mesh: &mut TriangleMesh) -> Option<()> {
     pieces
         .into_par_iter()
         .enumerate()
-        .try_for_each_init(Vec::new, |buffer, (i, (x, y, z))| {
+        .map_init(Vec::new, |buffer, (i, (x, y, z))| {
             let facets = source.piece(HEADER + i * PIECE * FACET, x.len() / 3 * FACET, buffer)?;
-            let corners = facets.as_chunks::<FACET>().0.iter().flat_map(corners);
+            let facets = facets.as_chunks::<FACET>().0;
+            let corners = facets.iter().flat_map(corners);
             for (((x, y), z), corner) in x.iter_mut().zip(y).zip(z).zip(corners) {
                 [*x, *y, *z] = corner;
             }
-            Some(())
+            Some(facets.iter().map(Bits::of).fold(Bits::NONE, Bits::join))
         })
+        .try_reduce(|| Bits::NONE, |a, b| Some(a.join(b)))
 }
 
 /// The unusable vertices of a binary file.

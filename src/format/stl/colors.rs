@@ -2,7 +2,8 @@
 //!
 //! The 15 lower bits of VisCAM and SolidView are red, green, blue from the highest on; the highest bit says that the facet
 //! has a colour. In files of Materialise Magics, whose header has `COLOR=` and a default, they are blue, green, red, and
-//! the highest bit says that the facet has the default.
+//! the highest bit says that the facet has the default. The alpha of that default is ignored: most programs write 255
+//! there, but others 0 for an opaque colour.
 
 use super::{FACET, HEADER, PIECE};
 use crate::format::{
@@ -28,6 +29,37 @@ enum Scheme {
     Plain,
 }
 
+/// Which bits of attributes are set, over all facets.
+#[derive(Clone, Copy)]
+pub(super) struct Bits {
+    /// Those set in any facet.
+    any: u16,
+    /// Those set in all facets.
+    all: u16,
+}
+
+impl Bits {
+    /// Of no facets.
+    pub(super) const NONE: Self = Self {
+        any: 0,
+        all: u16::MAX,
+    };
+
+    /// Of one facet.
+    pub(super) fn of(facet: &[u8; FACET]) -> Self {
+        let bits = attributes(facet);
+        Self { any: bits, all: bits }
+    }
+
+    /// Of the facets of both.
+    pub(super) fn join(self, other: Self) -> Self {
+        Self {
+            any: self.any | other.any,
+            all: self.all & other.all,
+        }
+    }
+}
+
 /// Colours of facets.
 #[derive(Default)]
 pub(super) struct Colors {
@@ -40,10 +72,11 @@ pub(super) struct Colors {
 pub(super) fn read(
     source: &impl Pieces,
     count: usize,
+    bits: Bits,
     left_out: &mut LeftOut,
     budget: &Budget,
 ) -> Result<Option<Colors>, BudgetError> {
-    match Scheme::of(source, count) {
+    match Scheme::of(source, bits) {
         None => Ok(None),
         Some(Scheme::Plain) => Ok(Some(Colors::default())),
         Some(Scheme::Unknown) => {
@@ -55,10 +88,10 @@ pub(super) fn read(
 }
 
 impl Scheme {
-    /// The scheme of a file with `count` facets, by its header and its first facets; `None` as in [`read`]. One value in
-    /// all facets is padding, such as spaces, unless it is a colour.
-    fn of(source: &impl Pieces, count: usize) -> Option<Self> {
-        let (mut header, mut facets) = (Vec::new(), Vec::new());
+    /// The scheme of a file, by its header and all facets; `None` as in [`read`]. One value in all facets is padding, such
+    /// as spaces, unless it is a colour.
+    fn of(source: &impl Pieces, bits: Bits) -> Option<Self> {
+        let mut header = Vec::new();
         let header = source.piece(0, HEADER - 4, &mut header)?;
         const KEY: &[u8] = b"COLOR=";
         if let Some(at) = header.windows(KEY.len()).position(|word| word == KEY)
@@ -66,20 +99,11 @@ impl Scheme {
         {
             return Some(Self::Magics { default });
         }
-        let facets = source.piece(HEADER, count.min(PIECE) * FACET, &mut facets)?;
-        let mut all = facets.as_chunks().0.iter().map(attributes);
-        let Some(first) = all.next() else {
-            return Some(Self::Plain);
-        };
-        let (mut varies, mut has_flag) = (false, first & FLAG != 0);
-        for next in all {
-            varies |= next != first;
-            has_flag |= next & FLAG != 0;
-        }
-        Some(match (has_flag, varies) {
+        let value = bits.any;
+        Some(match (value & FLAG != 0, value & !bits.all != 0) {
             (true, true) => Self::VisCam,
             // Facets that are all black, or all white, have padding rather than colours.
-            (true, false) if first != FLAG && first != u16::MAX => Self::VisCam,
+            (true, false) if value != FLAG && value != u16::MAX => Self::VisCam,
             (false, true) => Self::Unknown,
             (_, false) => Self::Plain,
         })

@@ -151,6 +151,12 @@ fn colours_of_facets() {
     assert!(notes.is_empty(), "{notes:?}");
     // One colour for all.
     assert_eq!(colors(b"", &[0x801f; 3]).0, [BLUE; 3]);
+    // The first colour may come late.
+    let mut late = [0; 2 * PIECE + 1];
+    late[2 * PIECE] = 0x801f;
+    let (found, notes) = colors(b"", &late);
+    assert_eq!((found[0], found[2 * PIECE]), (NEUTRAL, BLUE));
+    assert!(notes.is_empty(), "{notes:?}");
     // Magics: bit 15 means the default, and red is in the lowest bits.
     let magics = b"Magics COLOR=\x00\xff\x33\xff,MATERIAL=";
     let (found, notes) = colors(magics, &[31, 0x8000, 31 << 10, 0xffff]);
@@ -158,6 +164,8 @@ fn colours_of_facets() {
     assert!(notes.is_empty(), "{notes:?}");
     // Only the header's colour is meant.
     assert_eq!(colors(magics, &[0; 2]).0, [[0.0, 1.0, 0.2]; 2]);
+    // Whatever its alpha is, it is opaque.
+    assert_eq!(colors(b"COLOR=\x00\xff\x33\x00", &[0; 2]).0, [[0.0, 1.0, 0.2]; 2]);
     // A colour belongs to its facet, also if another one is left out.
     let mut bytes = binary_file(b"", &[FACETS[0], FACETS[0]]);
     bytes[HEADER + 12..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
