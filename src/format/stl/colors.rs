@@ -2,8 +2,7 @@
 //!
 //! The 15 lower bits of VisCAM and SolidView are red, green, blue from the highest on; the highest bit says that the facet
 //! has a colour. In files of Materialise Magics, whose header has `COLOR=` and a default, they are blue, green, red, and
-//! the highest bit says that the facet has the default. The alpha of that default is ignored: most programs write 255
-//! there, but others 0 for an opaque colour.
+//! the highest bit says that the facet has the default, whose alpha is ignored.
 
 use super::{FACET, HEADER, PIECE};
 use crate::format::{
