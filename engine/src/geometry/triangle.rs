@@ -154,6 +154,11 @@ pub(crate) fn weights<V: Lanes>(d: Vec3Lanes<V>, [u, v, w]: [Vec3Lanes<V>; 3]) -
     [d.dot(u), d.dot(v), d.dot(w)]
 }
 
+#[inline(always)]
+fn smallest<V: Lanes>([u, v, w]: [V; 3]) -> V {
+    u.min(v).min(w)
+}
+
 /// Triangles relative to an origin, a lane per pair of triangle and origin. All vectors are flipped so that the
 /// determinant of a ray that meets the plane ahead is positive.
 #[derive(Clone, Copy, Debug)]
@@ -246,14 +251,13 @@ impl<V: Lanes> TriangleTest<V> {
         (plane, determinant): (V, V),
         (near, far): (V, V),
     ) -> Self {
-        let [u, v, w] = weights;
         Self {
             weights,
             t: (plane / determinant).max(near).min(far),
             interval: (near, far),
             within: near.le(far),
             unknown: tolerance[1].eq(plane.all(f32::INFINITY)),
-            smallest: u.min(v).min(w),
+            smallest: smallest(weights),
             tolerance,
         }
     }
@@ -293,10 +297,20 @@ impl<V: EightLanes> EdgeFunctions<V> {
         slabs: &Slabs<V>,
         direction: Vec3Lanes<V>,
     ) -> TriangleHits<V> {
+        let weights = weights(direction, self.functions);
+        let candidates = smallest(weights).ge(-self.tolerance).bits() & lanes;
+        // Tuned: see docs/lab-notes.md#one-ray-a-call
+        if candidates == 0 {
+            return TriangleHits {
+                hit: 0,
+                unsure: 0,
+                t: self.plane,
+                weights,
+            };
+        }
         let (lower, upper) = padded_boxes(corners);
         let test = self.test(direction, slabs.interval(lower, upper));
         let simd = self.plane.simd();
-        let candidates = test.candidates().bits() & lanes;
         let mut hit = test.ahead(V::mask(simd, u32::MAX)).bits() & candidates;
         let unsure = test.within.bits() & candidates & !test.sure().bits();
         let (mut t, mut weights) = (test.t, test.weights);
