@@ -1,0 +1,57 @@
+use crate::scene::{MaterialId, MeshFaults, SceneBuilder, TriangleMesh};
+
+fn faults(triangles: &[[u32; 3]]) -> MeshFaults {
+    // A 4 x 4 grid, and a copy of its first vertex.
+    let grid = |f: fn(usize) -> usize| (0..16).chain([0]).map(|i| f(i) as f32).collect();
+    let mesh = TriangleMesh {
+        x: grid(|i| i % 4),
+        y: grid(|i| i / 4),
+        z: vec![0.0; 17],
+        normals: Vec::new(),
+        colors: Vec::new(),
+        uvs: Vec::new(),
+        triangles: triangles.to_vec(),
+    };
+    let mut builder = SceneBuilder::new();
+    builder.add_mesh(mesh, MaterialId(1)).expect("a mesh");
+    builder.finish().mesh_faults()
+}
+
+#[test]
+fn each_fault_is_counted_once() {
+    let good = [[0, 1, 5], [16, 5, 4], [1, 2, 6], [1, 6, 5]];
+    assert_eq!(faults(&good).total(), 0);
+    let with = |more: &[[u32; 3]]| faults(&[&good[..], more].concat());
+    assert_eq!(with(&[[0, 1, 2], [3, 3, 7]]).degenerate, 2);
+    assert_eq!(with(&[[9, 10, 14], [14, 10, 9], [9, 10, 14]]).duplicate, 2);
+    let turned = [[0, 1, 5], [0, 4, 5], [1, 2, 6], [1, 6, 5]];
+    assert_eq!(
+        faults(&turned),
+        MeshFaults {
+            inverted: 1,
+            ..MeshFaults::default()
+        }
+    );
+    assert_eq!(faults(&[]), MeshFaults::default());
+}
+/// Two prototypes of one mesh, and the mesh itself.
+#[test]
+fn prototypes_are_no_copies_of_each_other() {
+    let mesh = || TriangleMesh {
+        x: vec![0.0, 1.0, 0.0, 0.0],
+        y: vec![0.0, 0.0, 1.0, 0.0],
+        z: vec![0.0, 0.0, 0.0, 1.0],
+        triangles: vec![[0, 1, 2], [2, 1, 0], [0, 2, 3], [1, 1, 1]],
+        ..TriangleMesh::default()
+    };
+    let mut builder = SceneBuilder::new();
+    for _ in 0..2 {
+        builder.add_mesh(mesh(), MaterialId(1)).expect("a mesh");
+        let stored = builder.add_prototype(|builder| builder.add_mesh(mesh(), MaterialId(1)));
+        stored.expect("a prototype");
+    }
+    let faults = builder.finish().mesh_faults();
+    // One within each prototype; of the meshes that one, and all of the second.
+    assert_eq!(faults.duplicate, 1 + 1 + 1 + 4);
+    assert_eq!(faults.degenerate, 4);
+}
