@@ -3,7 +3,10 @@
 //! Code that reads a file or makes an array from one takes the bytes from the budget before it allocates them, and gives
 //! back what it frees before the load ends.
 
-use super::{mesh::Sharing, offset::Offset};
+use super::{
+    mesh::{Moment, Sharing},
+    offset::Offset,
+};
 use crate::error::{LoadError, in_bytes};
 use std::{
     fmt, io,
@@ -48,6 +51,8 @@ pub(super) struct Budget {
     wants_images: AtomicBool,
     /// What becomes of a mesh's parts that stand in several places.
     sharing: Sharing,
+    /// The moment of an animation in which a mesh is shown, instead of its stored pose.
+    moment: Option<Moment>,
     /// What coordinates are read relative to; set for the second reading of a mesh far from 0.
     offset: OnceLock<Offset>,
     /// The largest absolute coordinate that the file stores as `f32`, as bits.
@@ -79,6 +84,7 @@ impl Budget {
             missing: AtomicU64::new(0),
             wants_images: AtomicBool::new(true),
             sharing: Sharing::Never,
+            moment: None,
             offset: OnceLock::new(),
             single_reach: AtomicU32::new(0),
         }
@@ -87,6 +93,16 @@ impl Budget {
     /// The budget of a mesh whose parts may be shared.
     pub(super) fn with_sharing(self, sharing: Sharing) -> Self {
         Self { sharing, ..self }
+    }
+
+    /// The budget of a mesh that is shown in a moment of an animation.
+    pub(super) fn with_moment(self, moment: Option<Moment>) -> Self {
+        Self { moment, ..self }
+    }
+
+    /// The moment of an animation in which a mesh is shown.
+    pub(super) fn moment(&self) -> Option<&Moment> {
+        self.moment.as_ref()
     }
 
     /// What becomes of a mesh's parts that stand in several places.

@@ -85,18 +85,18 @@ pub fn load_any(
     load_budgeted(reader, name, asked, Budget::new(memory), Sharing::Never)
 }
 
-/// As [`load_any`], for a mesh to be shown: parts that are placed often may be stored once, and images of its textures are
-/// read only if it `shows_images`. Those of a scene's meshes are always read.
+/// As [`load_any`], for a mesh of which this is `shown`: parts that are placed often may be stored once. The images of a
+/// scene's meshes are always read.
 #[cfg(feature = "cli")]
 pub(crate) fn load_any_shown(
     reader: impl Read,
     name: &Path,
     asked: &mut Vec<PathBuf>,
     limits: impl Into<super::Limits>,
-    shows_images: bool,
+    shown: mesh::Shown,
 ) -> Result<Loaded, LoadError> {
-    let budget = Budget::new(limits);
-    budget.set_wants_images(shows_images);
+    let budget = Budget::new(limits).with_moment(shown.moment);
+    budget.set_wants_images(shown.images);
     load_budgeted(reader, name, asked, budget, Sharing::WherePays)
 }
 

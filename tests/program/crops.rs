@@ -97,7 +97,7 @@ const FISHEYE: &str = r#"{"camera_model":"OPENCV_FISHEYE","fl_x":11,"fl_y":10,"w
 const ALL: &str = "--aov depth,normal,albedo,id,heat,mask,z,instance";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 46] = [
+const CASES: [(&str, &str, &str); 47] = [
     ("instances.scn", "exr", ALL),
     (
         "instances.scn",
@@ -232,7 +232,23 @@ const CASES: [(&str, &str, &str); 46] = [
     ("moving.scn", "exr", "--frames 2-2 --samples 4 --aov depth,heat"),
     ("plane.scn", "png", "--samples auto:9 --filter tent"),
     ("points.obj", "png", "--point-size 0.3 --mode scalar --aov id"),
+    (
+        "swing.gltf",
+        "png",
+        "--animation swing --animation-time 0.7 --samples 4",
+    ),
 ];
+
+/// A triangle that turns.
+const SWING: &str = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+"animations":[{"name":"swing","channels":[{"sampler":0,"target":{"node":0,"path":"rotation"}}],
+"samplers":[{"input":1,"output":2}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},
+{"bufferView":0,"byteOffset":36,"componentType":5126,"count":2,"type":"SCALAR"},
+{"bufferView":0,"byteOffset":44,"componentType":5126,"count":2,"type":"VEC4"}],
+"bufferViews":[{"buffer":0,"byteLength":76}],
+"buffers":[{"byteLength":76,"uri":"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAA/AAAAAAAAAEAAAAAAAAAAAAAAAAAAAIA/AAAAAJqZGT8AAAAAzcxMPw=="}]}"#;
 
 /// A pyramid with a colour at each corner.
 const COLORS: &str = "\
@@ -308,6 +324,7 @@ fn render(input: &str, format: &str, options: &str, crop: &str) -> BTreeMap<Stri
     folder.write("fisheye.json", FISHEYE);
     folder.write("placed.txt", "0 0 0.5\n0 -1 0 0.7  1 0 0 -0.6  0 0.2 1 0.3\n");
     folder.write("colors.obj", COLORS);
+    folder.write("swing.gltf", SWING);
     folder.write("points.obj", &points());
     let input = if folder.path(input).exists() {
         input.to_owned()

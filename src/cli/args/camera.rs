@@ -3,7 +3,7 @@
 use super::values;
 use crate::{
     cli::plan::{CameraOptions, MeshOptions, Orbit, Side, StartView},
-    format::mesh::UpAxis,
+    format::mesh::{Moment, UpAxis},
     scene::Projection,
 };
 use clap::Args;
@@ -16,11 +16,13 @@ pub(super) const OPTIONS: [&str; 10] = [
 ];
 
 /// The names of all arguments of [`MeshArgs`].
-pub(super) const MESH_OPTIONS: [&str; 7] = [
+pub(super) const MESH_OPTIONS: [&str; 9] = [
     "up_axis",
     "ground",
     "smooth_angle",
     "point_size",
+    "animation",
+    "animation_time",
     "lit_from",
     "environment",
     "environment_rotate",
@@ -104,6 +106,15 @@ pub struct MeshArgs {
     #[arg(long, value_name = "DIAMETER", value_parser = values::diameter, allow_negative_numbers = true)]
     pub point_size: Option<f32>,
 
+    /// Show a glTF file in the pose of this animation, by name or number [default: the pose that the file stores; its first
+    /// animation with --animation-time]
+    #[arg(long, value_name = "NAME")]
+    pub animation: Option<String>,
+
+    /// The time of the pose in the animation [default: 0 with --animation]
+    #[arg(long, value_name = "SECONDS", value_parser = values::moment, allow_negative_numbers = true)]
+    pub animation_time: Option<f64>,
+
     /// Light the mesh as if it were seen from this direction [default: the direction of the eye]
     #[arg(long, value_name = "x,y,z", value_parser = values::direction, allow_hyphen_values = true)]
     pub lit_from: Option<DVec3>,
@@ -153,6 +164,10 @@ impl MeshArgs {
             ground: self.ground,
             smooth_degrees: self.smooth_angle,
             point_size: self.point_size,
+            moment: (self.animation.is_some() || self.animation_time.is_some()).then(|| Moment {
+                animation: self.animation.clone(),
+                seconds: self.animation_time.unwrap_or(0.0),
+            }),
             lit_from: self.lit_from,
             environment: self
                 .environment

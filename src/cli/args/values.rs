@@ -182,6 +182,12 @@ pub fn long_seconds(text: &str) -> Result<f64, String> {
     seconds_up_to(8_640_000, text)
 }
 
+/// A time of an animation, seconds.
+pub fn moment(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|seconds| (0.0..=1e6).contains(seconds));
+    seconds.ok_or_else(|| "expected a number of seconds, at least 0 and at most 1000000".into())
+}
+
 fn seconds_up_to(most: u32, text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok();
     seconds

@@ -186,6 +186,12 @@ impl Program {
         if let Some(diameter) = mesh.point_size {
             options += &format!(" --point-size={diameter}");
         }
+        if let Some(moment) = &mesh.moment {
+            if let Some(animation) = &moment.animation {
+                options += &format!(" --animation={}", quoted(Path::new(animation)));
+            }
+            options += &format!(" --animation-time={}", moment.seconds);
+        }
         if let Some(DVec3 { x, y, z }) = *self.lit_from() {
             options += &format!(" --lit-from={x},{y},{z}");
         }

@@ -11,7 +11,10 @@ use crate::{
         process,
     },
     error::{LoadError, SceneError, clip_path},
-    format::{self, Limits, Loaded, mesh::LoadedMesh},
+    format::{
+        self, Limits, Loaded,
+        mesh::{LoadedMesh, Shown},
+    },
     scene::{Camera, Image, NamedCamera, Scene, SceneBuilder, check_memory},
 };
 use glam::DVec3;
@@ -46,8 +49,11 @@ pub fn load_and_list(
 ) -> Result<Input, CliError> {
     let limits = limits.into();
     let memory = limits.memory;
-    let shows_images = plan.mesh.style != Style::Clay;
-    match read(&plan.path, plan.kind, limits, files, shows_images)? {
+    let shown = Shown {
+        images: plan.mesh.style != Style::Clay,
+        moment: plan.mesh.moment.clone(),
+    };
+    match read(&plan.path, plan.kind, limits, files, shown)? {
         Loaded::Scene(scene) => show_scene(plan, *scene),
         Loaded::Mesh(mesh) => {
             files.extend(plan.mesh.environment.as_ref().map(|(path, _)| path.clone()));
@@ -61,13 +67,13 @@ fn read(
     kind: InputKind,
     limits: Limits,
     files: &mut Vec<PathBuf>,
-    shows_images: bool,
+    shown: Shown,
 ) -> Result<Loaded, CliError> {
     process::at_work_on(name(path));
     Ok(match kind {
         InputKind::Scene => Loaded::Scene(Box::new(format::load_limited(path, files, limits)?)),
         InputKind::Mesh => {
-            let mesh = format::mesh::load_shown(path, files, limits, shows_images)?;
+            let mesh = format::mesh::load_shown(path, files, limits, shown)?;
             Loaded::Mesh(Box::new(mesh))
         }
         InputKind::Any => {
@@ -77,7 +83,7 @@ fn read(
                     "standard input is a terminal: redirect a file with <, or a program's output with |";
                 return Err(CliError::Usage(why.into()));
             }
-            format::load_any_shown(stdin.lock(), name(path), files, limits, shows_images)?
+            format::load_any_shown(stdin.lock(), name(path), files, limits, shown)?
         }
     })
 }
@@ -201,7 +207,11 @@ fn smooth(loaded: &mut LoadedMesh, degrees: f64, path: &Path, memory: u64) -> Re
 /// [`CliError`].
 pub fn load_bare(path: &Path, memory: u64, files: &mut Vec<PathBuf>) -> Result<Scene, CliError> {
     let kind = kind_of(path)?;
-    let mut loaded = match read(path, kind, memory.into(), files, true)? {
+    let shown = Shown {
+        images: true,
+        ..Shown::default()
+    };
+    let mut loaded = match read(path, kind, memory.into(), files, shown)? {
         Loaded::Scene(scene) => return Ok(*scene),
         Loaded::Mesh(mesh) => *mesh,
     };

@@ -6,7 +6,7 @@ use crate::{
     error::clip_path,
     format::{
         self, Detected,
-        mesh::{MeshFormat, UpAxis},
+        mesh::{MeshFormat, Moment, UpAxis},
     },
     scene::Projection,
 };
@@ -121,6 +121,8 @@ pub struct MeshOptions {
     pub smooth_degrees: Option<f64>,
     /// Diameter of points and lines; by their spacing or size if `None`.
     pub point_size: Option<f32>,
+    /// The moment of an animation in which the mesh is shown.
+    pub moment: Option<Moment>,
     /// The direction of the viewer for whom the mesh is lit; by default that of the eye.
     pub lit_from: Option<DVec3>,
     /// The picture of an environment, which lights the mesh instead, and its rotation in degrees.
@@ -257,6 +259,7 @@ impl MeshOptions {
             ("--up-axis", self.up_axis.is_some()),
             ("--smooth-angle", self.smooth_degrees.is_some()),
             ("--point-size", self.point_size.is_some()),
+            ("--animation or --animation-time", self.moment.is_some()),
             ("--lit-from", self.lit_from.is_some()),
             ("--environment", self.environment.is_some()),
         ];

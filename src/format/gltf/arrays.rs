@@ -316,3 +316,28 @@ impl Room {
             .fold(self.vertices, usize::saturating_add)
     }
 }
+
+/// Gives surfaces to triangles without a material, or no surfaces to any if none has one.
+pub(super) fn name_surfaces(surfaces: &mut Vec<Surface>, parts: &mut [Arrays]) {
+    let has_colors = parts.iter().any(|part| part.has_colors);
+    let none = if has_colors { COLORED } else { NO_SURFACE };
+    if parts
+        .iter()
+        .all(|part| part.material_of.iter().all(|&material| material == none))
+    {
+        surfaces.clear();
+        for part in &mut *parts {
+            part.material_of.clear();
+        }
+    }
+    for (none, surface) in [(NO_SURFACE, Surface::NEUTRAL), (COLORED, Surface::WHITE)] {
+        if parts.iter().any(|part| part.material_of.contains(&none)) {
+            let index = surfaces.len() as u32;
+            surfaces.push(surface);
+            let all = parts.iter_mut().flat_map(|part| &mut part.material_of);
+            for material in all.filter(|material| **material == none) {
+                *material = index;
+            }
+        }
+    }
+}

@@ -257,6 +257,18 @@ impl<'a> Buffers<'a> {
         self.expected(accessor, is_right, "quaternions (vectors of 4 numbers)")
     }
 
+    /// The elements of an accessor of single numbers.
+    pub(super) fn numbers(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
+        let is_right = accessor.dimensions() == Dimensions::Scalar;
+        self.expected(accessor, is_right, "single numbers")
+    }
+
+    /// The elements of an accessor of times.
+    pub(super) fn times(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
+        let is_right = accessor.dimensions() == Dimensions::Scalar && accessor.data_type() == DataType::F32;
+        self.expected(accessor, is_right, "times (floats)")
+    }
+
     /// The elements of an accessor of texture coordinates.
     pub(super) fn pairs(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
         let is_right = accessor.dimensions() == Dimensions::Vec2;

@@ -33,10 +33,13 @@ pub(super) fn is_cloud(root: &Root) -> bool {
     primitives.peek().is_some() && primitives.all(|primitive| is_points(primitive) || is_lines(primitive))
 }
 
-/// Lists what octray does not read of a file. Points and lines are read if it is a cloud.
-pub(super) fn left_out(root: &Root, is_cloud: bool) -> LeftOut {
+/// Lists what octray does not read of a file. Points and lines are read if it is a cloud, and of its animations one if it
+/// `is_animated`.
+pub(super) fn left_out(root: &Root, is_cloud: bool, is_animated: bool) -> LeftOut {
     let mut left_out = LeftOut::default();
-    left_out.count(root.animations.len(), "animation", "animations");
+    if !is_animated {
+        left_out.count(root.animations.len(), "animation", "animations");
+    }
     if root.textures.is_empty() {
         left_out.count(root.images.len(), "image", "images");
     }

@@ -1,7 +1,7 @@
 //! glTF 2.0: JSON with external or embedded buffers, or one binary file (.glb).
 //!
 //! Reads the triangles, strips and fans, or else the points and lines, of all nodes of the default scene, with transforms,
-//! vertex colours, skins and morph targets in the stored pose, materials, textures, punctual lights and cameras. [`extras`]
+//! vertex colours, skins and morph targets in the stored pose or that of an animation, materials, textures, punctual lights and cameras. [`extras`]
 //! lists what it does not read. [`sharing`] decides which meshes are stored once.
 //!
 //! The gltf crate parses the JSON and checks its references. [`buffers`] reads the bytes and checks every access: the
@@ -9,6 +9,7 @@
 //!
 //! Format: *glTF 2.0 Specification*, The Khronos Group, 2021.
 
+mod animations;
 mod arrays;
 mod buffers;
 mod compression;
@@ -101,7 +102,9 @@ pub(super) fn parse(
     budget.take(parsed).map_err(|error| error.into_error(path))?;
     let mut root = root(json, path)?;
     let is_cloud = extras::is_cloud(&root);
-    let mut left_out = extras::left_out(&root, is_cloud);
+    let moment = budget.moment();
+    let mut left_out = extras::left_out(&root, is_cloud, moment.is_some());
+    let animations = std::mem::take(&mut root.animations);
     let texture_files = texture_files(&root, path);
     let sources = images::sources(&mut root);
     let webp = materials::webp_images(&root, json);
@@ -115,6 +118,12 @@ pub(super) fn parse(
     let transforms = normal_maps::Transforms::of(json);
     let materials = materials::materials(&document, &webp, &transforms);
     let mut buffers = Buffers::new(path, bytes.len(), blob, open, &compression, budget);
+    let pose = match moment {
+        Some(moment) => {
+            animations::AnimatedPose::at(moment, &animations, (&document, &targets), &mut buffers)?
+        }
+        None => animations::AnimatedPose::default(),
+    };
     let mut reading = nodes::Reading::new(lights, is_cloud);
     let contents = nodes::Contents {
         document: &document,
@@ -122,6 +131,7 @@ pub(super) fn parse(
         instancing: &instancing,
         translations: &translations,
         targets: &targets,
+        pose: &pose,
     };
     reading.scene(&contents, &mut buffers)?;
     reading.list_left_out(&mut left_out);
@@ -265,7 +275,6 @@ fn document(mut root: json::Root, path: &Path) -> Result<Document, LoadError> {
         )));
     }
     // What octray does not read may be invalid, and morph targets are read separately.
-    root.animations.clear();
     for accessor in &mut root.accessors {
         (accessor.min, accessor.max) = (None, None);
     }

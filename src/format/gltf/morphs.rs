@@ -49,14 +49,18 @@ impl<'d> MorphTargets<'d> {
         Ok(Self { document, meshes })
     }
 
+    /// How many targets a mesh has.
+    pub(super) fn count(&self, mesh: usize) -> usize {
+        let primitives = self.meshes.get(mesh).map_or(&[][..], |mesh| &mesh.primitives);
+        let counts = primitives
+            .iter()
+            .map(|primitive| primitive.targets.as_ref().map_or(0, Vec::len));
+        counts.max().unwrap_or(0)
+    }
+
     /// Whether a mesh has targets.
     pub(super) fn has(&self, mesh: usize) -> bool {
-        let mesh = self.meshes.get(mesh);
-        mesh.is_some_and(|mesh| {
-            mesh.primitives
-                .iter()
-                .any(|primitive| primitive.targets.is_some())
-        })
+        self.count(mesh) > 0
     }
 
     /// The differences that change a primitive of a mesh with this index. `uv_set` is the set of texture coordinates that

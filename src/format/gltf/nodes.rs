@@ -4,7 +4,8 @@
 //! is refused at once, or stores it once.
 
 use super::{
-    arrays::{Arrays, COLORED, NO_SURFACE, Room, scale},
+    animations::AnimatedPose,
+    arrays::{Arrays, Room, name_surfaces, scale},
     buffers::Buffers,
     instancing::Instancing,
     lights::PunctualLights,
@@ -49,6 +50,17 @@ pub(super) struct Contents<'c> {
     pub(super) instancing: &'c Instancing,
     pub(super) translations: &'c Translations,
     pub(super) targets: &'c MorphTargets<'c>,
+    pub(super) pose: &'c AnimatedPose,
+}
+
+impl<'c> Contents<'c> {
+    /// The weights that a node has of its own.
+    fn weights<'n>(&self, node: &Node<'n>) -> Option<&'n [f32]>
+    where
+        'c: 'n,
+    {
+        self.pose.weights(node.index()).or(node.weights())
+    }
 }
 
 /// A mesh in one pose. Nodes without weights of their own may share its triangles.
@@ -62,9 +74,10 @@ struct Variant {
 
 impl Variant {
     /// What a node places; `None` without a mesh.
-    fn of(node: &Node<'_>, targets: &MorphTargets<'_>) -> Option<Self> {
+    fn of(node: &Node<'_>, contents: &Contents<'_>) -> Option<Self> {
         let mesh = node.mesh()?;
-        let own = node.weights().filter(|own| Some(*own) != mesh.weights());
+        let targets = contents.targets;
+        let own = contents.weights(node).filter(|own| Some(*own) != mesh.weights());
         Some(Self {
             mesh: mesh.index(),
             skin: node.skin().map(|skin| skin.index()),
@@ -139,7 +152,7 @@ impl Reading {
         let node_of = |placement: &Placement<'_>| document.nodes().nth(placement.node);
         for placement in &tree.placements {
             let Some(node) = node_of(placement) else { continue };
-            let Some(variant) = Variant::of(&node, contents.targets) else {
+            let Some(variant) = Variant::of(&node, contents) else {
                 continue;
             };
             let mesh = match meshes.entry(variant) {
@@ -151,7 +164,7 @@ impl Reading {
         self.make_room(&mut meshes, buffers)?;
         for placement in &tree.placements {
             let Some(node) = node_of(placement) else { continue };
-            let variant = Variant::of(&node, contents.targets);
+            let variant = Variant::of(&node, contents);
             if let Some(mesh) = variant.and_then(|variant| meshes.get_mut(&variant)) {
                 for i in 0..placement.count() {
                     self.place(mesh, &placement.at(i, buffers)?, buffers)?;
@@ -184,7 +197,7 @@ impl Reading {
             Some(skin) => Some(skins.joints(&skin, buffers)?),
             None => None,
         };
-        let weights = node.weights().or(mesh.weights()).unwrap_or_default();
+        let weights = contents.weights(node).or(mesh.weights()).unwrap_or_default();
         if joints.is_some() || !weights.is_empty() {
             // The estimate of the JSON has room for each mesh once.
             let primitives = mesh.primitives().len();
@@ -466,30 +479,5 @@ impl Reading {
     pub(super) fn arrays(&mut self) -> impl Iterator<Item = &mut Arrays> {
         let parts = self.parts.iter_mut().map(|part| &mut part.arrays);
         std::iter::once(&mut self.baked).chain(parts)
-    }
-}
-
-/// Gives surfaces to triangles without a material, or no surfaces to any if none has one.
-fn name_surfaces(surfaces: &mut Vec<Surface>, parts: &mut [Arrays]) {
-    let has_colors = parts.iter().any(|part| part.has_colors);
-    let none = if has_colors { COLORED } else { NO_SURFACE };
-    if parts
-        .iter()
-        .all(|part| part.material_of.iter().all(|&material| material == none))
-    {
-        surfaces.clear();
-        for part in &mut *parts {
-            part.material_of.clear();
-        }
-    }
-    for (none, surface) in [(NO_SURFACE, Surface::NEUTRAL), (COLORED, Surface::WHITE)] {
-        if parts.iter().any(|part| part.material_of.contains(&none)) {
-            let index = surfaces.len() as u32;
-            surfaces.push(surface);
-            let all = parts.iter_mut().flat_map(|part| &mut part.material_of);
-            for material in all.filter(|material| **material == none) {
-                *material = index;
-            }
-        }
     }
 }

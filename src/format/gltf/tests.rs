@@ -6,6 +6,7 @@ use crate::scene::{Material, Opacity, SurfaceTextures, Texture, Wrap};
 use glam::{DVec3, Vec3};
 use std::io;
 
+mod animations;
 mod lights;
 #[cfg(feature = "textures")]
 mod normal_maps;

@@ -1,8 +1,8 @@
 //! The node tree: which nodes of the default scene place something, and where.
 
 use super::{
-    buffers::Buffers, instancing::Instances, lights::PunctualLights, nodes::Contents,
-    translations::Translations,
+    animations::AnimatedPose, buffers::Buffers, instancing::Instances, lights::PunctualLights,
+    nodes::Contents, translations::Translations,
 };
 use crate::{error::LoadError, scene::MAX_INSTANCES};
 use glam::DMat4;
@@ -124,6 +124,7 @@ fn roots(document: &Document) -> Vec<usize> {
 struct Walk<'d> {
     document: &'d Document,
     translations: &'d Translations,
+    pose: &'d AnimatedPose,
     visited: Vec<bool>,
     /// The transforms of nodes that have children; the first is the world's.
     parents: Vec<DMat4>,
@@ -146,6 +147,7 @@ impl<'d> Walk<'d> {
         Ok(Self {
             document,
             translations: contents.translations,
+            pose: contents.pose,
             visited: vec![false; count],
             parents: vec![DMat4::IDENTITY],
             waiting: Vec::new(),
@@ -161,9 +163,13 @@ impl<'d> Walk<'d> {
     fn next(&mut self) -> Option<(Node<'d>, DMat4, bool)> {
         let (i, parent) = self.waiting.pop()?;
         let node = self.document.nodes().nth(i)?;
-        let columns = node.transform().matrix();
-        let mut local = DMat4::from_cols_array_2d(&columns.map(|column| column.map(f64::from)));
-        if let Some(translation) = self.translations.of_node(i) {
+        let mut local = self.pose.local(&node).unwrap_or_else(|| {
+            let columns = node.transform().matrix();
+            DMat4::from_cols_array_2d(&columns.map(|column| column.map(f64::from)))
+        });
+        if let Some(translation) = self.translations.of_node(i)
+            && !self.pose.has_translation(i)
+        {
             local.w_axis = translation.extend(1.0);
         }
         let world = self.parents[parent] * local;

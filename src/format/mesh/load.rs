@@ -4,6 +4,8 @@
 use super::super::gltf;
 #[cfg(feature = "threemf")]
 use super::super::threemf;
+#[cfg(feature = "cli")]
+use super::Shown;
 #[cfg(any(feature = "gltf", feature = "threemf"))]
 use super::used;
 use super::{
@@ -17,7 +19,7 @@ use super::{
         source::Opened,
         stl,
     },
-    LoadedMesh, MeshFormat, Sharing, far,
+    LoadedMesh, MeshFormat, Moment, Sharing, far,
 };
 use crate::error::LoadError;
 use std::path::{Path, PathBuf};
@@ -39,6 +41,15 @@ pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result
     load_budgeted(path, asked, &Budget::new(memory))
 }
 
+/// As [`load`], for a glTF file in the pose of an animation.
+///
+/// # Errors
+/// [`LoadError`], as for [`load`]; also if the file has no such animation.
+pub fn load_posed(path: &Path, moment: Moment) -> Result<LoadedMesh, LoadError> {
+    let budget = Budget::new(u64::MAX).with_moment(Some(moment));
+    load_budgeted(path, &mut Vec::new(), &budget)
+}
+
 /// As [`load_within`]; parts that are placed several times may be stored once, in [`LoadedMesh::shared`].
 ///
 /// # Errors
@@ -52,16 +63,18 @@ pub fn load_shared(
     load_budgeted(path, asked, &Budget::new(memory).with_sharing(sharing))
 }
 
-/// As [`load_shared`]; images of textures are read only if the mesh `shows_images`.
+/// As [`load_shared`], for a mesh of which this is `shown`.
 #[cfg(feature = "cli")]
 pub(crate) fn load_shown(
     path: &Path,
     asked: &mut Vec<PathBuf>,
     limits: impl Into<super::super::Limits>,
-    shows_images: bool,
+    shown: Shown,
 ) -> Result<LoadedMesh, LoadError> {
-    let budget = Budget::new(limits).with_sharing(Sharing::WherePays);
-    budget.set_wants_images(shows_images);
+    let budget = Budget::new(limits)
+        .with_sharing(Sharing::WherePays)
+        .with_moment(shown.moment);
+    budget.set_wants_images(shown.images);
     load_budgeted(path, asked, &budget)
 }
 
@@ -95,7 +108,11 @@ pub(in crate::format) fn read(
     let mut head = Vec::new();
     let head = opened.head(TEXT_HEAD, &mut head);
     foreign::refuse(head, path, MeshFormat::EXPECTED)?;
-    match MeshFormat::of(path, head) {
+    let format = MeshFormat::of(path, head);
+    if let Some(format) = format {
+        check_moment(format, path, budget)?;
+    }
+    match format {
         Some(MeshFormat::Ply) => return ply::read(opened, path, Some(open), budget),
         Some(MeshFormat::Stl) => return stl::read(opened, path, budget),
         // Refused now: reading gigabytes first would take seconds.
@@ -132,6 +149,19 @@ pub fn parse_within(
     parse_budgeted(bytes, path, open, &Budget::new(memory))
 }
 
+/// As [`parse`], for a glTF file in the pose of an animation.
+///
+/// # Errors
+/// [`LoadError`], as for [`load`]; also if the file has no such animation.
+pub fn parse_posed(
+    bytes: Vec<u8>,
+    path: &Path,
+    open: OpenMesh<'_>,
+    moment: Moment,
+) -> Result<LoadedMesh, LoadError> {
+    parse_budgeted(bytes, path, open, &Budget::unlimited().with_moment(Some(moment)))
+}
+
 /// As [`parse`]; parts that are placed several times may be stored once, in [`LoadedMesh::shared`].
 ///
 /// # Errors
@@ -166,6 +196,17 @@ fn unknown_format(path: &Path) -> LoadError {
     LoadError::whole_file(path, format!("unknown kind of file, {}", MeshFormat::EXPECTED))
 }
 
+/// Refuses a moment of an animation in a file that has none.
+fn check_moment(format: MeshFormat, path: &Path, budget: &Budget) -> Result<(), LoadError> {
+    if budget.moment().is_none() || format == MeshFormat::Gltf {
+        return Ok(());
+    }
+    Err(LoadError::whole_file(
+        path,
+        "there is no animation in the file: octray reads those of glTF",
+    ))
+}
+
 /// As [`parse`], for a known format. The bytes are already taken from the budget.
 pub(in crate::format) fn parse_as(
     format: MeshFormat,
@@ -177,6 +218,7 @@ pub(in crate::format) fn parse_as(
     if is_lfs_pointer(bytes) {
         return Err(LoadError::whole_file(path, LFS_POINTER));
     }
+    check_moment(format, path, budget)?;
     match format {
         MeshFormat::Ply => ply::parse_mesh(bytes, path, Some(open), budget),
         MeshFormat::Obj => obj::parse(bytes, path, open, budget),

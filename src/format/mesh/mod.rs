@@ -22,7 +22,7 @@ pub(super) use far::read as read_far;
 pub(crate) use lights::{exposed, sphere_around};
 #[cfg(feature = "cli")]
 pub(crate) use load::load_shown;
-pub use load::{load, load_shared, load_within, parse, parse_shared, parse_within};
+pub use load::{load, load_posed, load_shared, load_within, parse, parse_posed, parse_shared, parse_within};
 pub(super) use load::{parse_as, read};
 pub(super) use scene::add_columns;
 pub use shared::{SharedMesh, Sharing};
@@ -72,6 +72,25 @@ pub struct LoadedMesh {
     pub notes: Vec<String>,
     /// The files of textures that the mesh names, read or not.
     pub texture_files: Vec<PathBuf>,
+}
+
+/// A time of an animation.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Moment {
+    /// The animation's name, or its number, from 1 on; the first one if `None`.
+    pub animation: Option<String>,
+    /// The time, in seconds. Before its first keyframe and after its last one nothing moves.
+    pub seconds: f64,
+}
+
+/// What a command shows of a mesh.
+#[cfg(feature = "cli")]
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Shown {
+    /// The images of its textures.
+    pub images: bool,
+    /// The pose of an animation instead of the stored one.
+    pub moment: Option<Moment>,
 }
 
 /// What a ZIP archive begins with, and so 3MF: no other format is one.

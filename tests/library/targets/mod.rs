@@ -159,6 +159,13 @@ pub fn gltf(bytes: &[u8]) {
         of_parts.for_each(check);
         let _ = mesh.add_to(&mut SceneBuilder::new(), None);
     }
+    let moment = any_mesh::Moment {
+        animation: None,
+        seconds: 0.5,
+    };
+    if let Ok(mesh) = any_mesh::parse_posed(bytes.to_vec(), Path::new("fuzz.gltf"), open, moment) {
+        check(&mesh.columns);
+    }
     assert!(start.elapsed() < MOST_TIME, "{:?}", start.elapsed());
 }
 

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 /// A glTF file with its buffer inside, part by part.
 #[derive(Default)]
-struct File {
+pub(super) struct File {
     buffer: Vec<u8>,
     views: Vec<String>,
     accessors: Vec<String>,
@@ -27,13 +27,13 @@ impl File {
         self.accessors.len() - 1
     }
 
-    fn floats(&mut self, count: usize, kind: &str, numbers: &[f32]) -> usize {
+    pub(super) fn floats(&mut self, count: usize, kind: &str, numbers: &[f32]) -> usize {
         let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
         let kind = format!(r#""componentType":5126,"type":"{kind}""#);
         self.add(count, &kind, &bytes)
     }
 
-    fn finish(&self, body: &str) -> String {
+    pub(super) fn finish(&self, body: &str) -> String {
         let mut json = format!(r#"{{"asset":{{"version":"2.0"}},{body},"#);
         let _ = write!(
             json,
@@ -50,7 +50,7 @@ impl File {
 /// A strip of two squares along y, with normals along z. Its lower edge follows the first joint, the upper one the second,
 /// and the middle both. The second joint is at the middle, turned a quarter about z, and its parent is moved by 10 along
 /// x. Joints and weights are accessors 2 and 3, inverse bind matrices 4.
-fn strip(change: impl Fn(&mut File)) -> File {
+pub(super) fn strip(change: impl Fn(&mut File)) -> File {
     let mut file = File::default();
     let positions = [0, 1, 2].map(|y| [0.0, y as f32, 0.0, 1.0, y as f32, 0.0]);
     file.floats(6, "VEC3", positions.as_flattened());
@@ -81,7 +81,7 @@ fn strip(change: impl Fn(&mut File)) -> File {
 }
 
 /// The strip at a node that is moved itself, which does not count.
-const BENT: &str = r#""nodes":[{"mesh":0,"skin":0,"translation":[0,0,70]},{"children":[2],"translation":[10,0,0]},
+pub(super) const BENT: &str = r#""nodes":[{"mesh":0,"skin":0,"translation":[0,0,70]},{"children":[2],"translation":[10,0,0]},
     {"translation":[0,1,0],"rotation":[0,0,0.70710678,0.70710678]}],
     "meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1,"JOINTS_0":2,"WEIGHTS_0":3},"indices":5}]}],
     "skins":[{"joints":[1,2],"inverseBindMatrices":4}]"#;
@@ -98,7 +98,7 @@ fn loaded(json: &str) -> LoadedMesh {
 }
 
 /// The positions of a mesh, rounded: turns in files are not exact.
-fn points(mesh: &LoadedMesh) -> Vec<[f32; 3]> {
+pub(super) fn points(mesh: &LoadedMesh) -> Vec<[f32; 3]> {
     let round = |x: f32| (x * 1e5).round() / 1e5 + 0.0;
     let columns = &mesh.columns;
     let all = columns.x.iter().zip(&columns.y).zip(&columns.z);

@@ -1,0 +1,295 @@
+//! Animations: the pose of the nodes at one time of one animation.
+//!
+//! Keyframes are interpolated as the specification says (glTF 2.0, section 3.11 and appendix C).
+
+use super::{buffers::Buffers, elements::Elements, morphs::MorphTargets};
+use crate::{
+    error::{LoadError, clip, quote},
+    format::{left_out::counted, mesh::Moment},
+};
+use glam::{DMat4, DQuat, DVec3, DVec4};
+use gltf::{
+    Document, Node,
+    json::{
+        animation::{Animation, Interpolation, Property},
+        validation::Checked,
+    },
+};
+use std::{collections::HashMap, rc::Rc};
+
+/// What an animation changes: the nodes that it does not name stand as the file stores them.
+#[derive(Default)]
+pub(super) struct AnimatedPose(HashMap<usize, NodePose>);
+
+#[derive(Default)]
+struct NodePose {
+    translation: Option<DVec3>,
+    rotation: Option<DQuat>,
+    scale: Option<DVec3>,
+    weights: Option<Vec<f32>>,
+}
+
+impl AnimatedPose {
+    /// The pose at a moment.
+    pub(super) fn at(
+        moment: &Moment,
+        animations: &[Animation],
+        (document, targets): (&Document, &MorphTargets<'_>),
+        buffers: &mut Buffers<'_>,
+    ) -> Result<Self, LoadError> {
+        let chosen = chosen(animations, moment.animation.as_deref()).map_err(|why| buffers.refused(why))?;
+        let animation = &animations[chosen];
+        let mut nodes: HashMap<usize, NodePose> = HashMap::new();
+        for (i, channel) in animation.channels.iter().enumerate() {
+            let place = format!("animations[{chosen}].channels[{i}]");
+            let Checked::Valid(property) = channel.target.path else {
+                continue;
+            };
+            let node = document.nodes().nth(channel.target.node.value());
+            let sampler = animation.samplers.get(channel.sampler.value());
+            let (Some(node), Some(sampler)) = (node, sampler) else {
+                return Err(buffers.refused(format!(
+                    "{place} names a sampler or a node that the file does not have"
+                )));
+            };
+            let interpolation = match sampler.interpolation {
+                Checked::Valid(interpolation) => interpolation,
+                Checked::Invalid => Interpolation::Linear,
+            };
+            let accessor = |i: usize| document.accessors().nth(i);
+            let (Some(input), Some(output)) =
+                (accessor(sampler.input.value()), accessor(sampler.output.value()))
+            else {
+                return Err(buffers.refused(format!("{place} names an accessor that the file does not have")));
+            };
+            let values = match property {
+                Property::Translation | Property::Scale => buffers.vectors(&output)?,
+                Property::Rotation => buffers.quaternions(&output)?,
+                Property::MorphTargetWeights => buffers.numbers(&output)?,
+            };
+            let track = Track {
+                times: buffers.times(&input)?,
+                values,
+                interpolation,
+            };
+            let width = track
+                .width(property)
+                .map_err(|why| buffers.refused(format!("{place}: {why}")))?;
+            let pose = nodes.entry(node.index()).or_default();
+            match (property, track.span(moment.seconds)) {
+                (_, None) => {}
+                (Property::Translation, Some(span)) => pose.translation = Some(track.vector(&span)),
+                (Property::Scale, Some(span)) => pose.scale = Some(track.vector(&span)),
+                (Property::Rotation, Some(span)) => pose.rotation = track.rotation(&span),
+                (Property::MorphTargetWeights, Some(span)) => {
+                    let most = node.mesh().map_or(0, |mesh| targets.count(mesh.index()));
+                    let weights = (0..width.min(most)).map(|i| track.number(&span, [i, width]) as f32);
+                    pose.weights = Some(weights.collect());
+                }
+            }
+        }
+        Ok(Self(nodes))
+    }
+
+    /// The transform of a node relative to its parent, if the animation changes it.
+    pub(super) fn local(&self, node: &Node<'_>) -> Option<DMat4> {
+        let pose = self.0.get(&node.index())?;
+        if pose.translation.is_none() && pose.rotation.is_none() && pose.scale.is_none() {
+            return None;
+        }
+        let (translation, rotation, scale) = node.transform().decomposed();
+        let vector = |numbers: [f32; 3]| DVec3::from_array(numbers.map(f64::from));
+        let stored = DVec4::from_array(rotation.map(f64::from));
+        Some(DMat4::from_scale_rotation_translation(
+            pose.scale.unwrap_or(vector(scale)),
+            pose.rotation.unwrap_or(unit(stored).unwrap_or(DQuat::IDENTITY)),
+            pose.translation.unwrap_or(vector(translation)),
+        ))
+    }
+
+    /// Whether the animation moves a node.
+    pub(super) fn has_translation(&self, node: usize) -> bool {
+        self.0.get(&node).is_some_and(|pose| pose.translation.is_some())
+    }
+
+    /// The weights of a node's morph targets, if the animation changes them.
+    pub(super) fn weights(&self, node: usize) -> Option<&[f32]> {
+        self.0.get(&node)?.weights.as_deref()
+    }
+}
+
+/// The animation with this name or number; the first one without either. The error is a sentence.
+fn chosen(animations: &[Animation], wanted: Option<&str>) -> Result<usize, String> {
+    const MOST_NAMES: usize = 8;
+    if animations.is_empty() {
+        return Err("there is no animation in the file".to_owned());
+    }
+    let Some(wanted) = wanted else { return Ok(0) };
+    let by_number = || {
+        let number: usize = wanted.parse().ok()?;
+        number.checked_sub(1).filter(|&i| i < animations.len())
+    };
+    let by_name = animations
+        .iter()
+        .position(|animation| animation.name.as_deref() == Some(wanted));
+    by_name.or_else(by_number).ok_or_else(|| {
+        let mut names: Vec<String> = (1..)
+            .zip(animations)
+            .take(MOST_NAMES)
+            .map(|(number, animation)| match animation.name.as_deref() {
+                None | Some("") => format!("{number} (unnamed)"),
+                Some(name) => format!("`{}`", clip(name)),
+            })
+            .collect();
+        if animations.len() > MOST_NAMES {
+            names.push("...".to_owned());
+        }
+        format!(
+            "there is no animation {}, expected {}",
+            quote(wanted.as_bytes()),
+            names.join(", ")
+        )
+    })
+}
+
+/// What one property of a node goes through.
+struct Track<'a> {
+    /// Seconds, ascending.
+    times: Rc<Elements<'a>>,
+    /// Of each time; of cubic splines between the tangents there.
+    values: Rc<Elements<'a>>,
+    interpolation: Interpolation,
+}
+
+/// A time between two keyframes.
+struct Span {
+    keyframes: [usize; 2],
+    /// 0 at the first one, 1 at the second.
+    share: f64,
+    /// Seconds between them.
+    length: f64,
+}
+
+impl Track<'_> {
+    /// How many elements each keyframe has; more than one for weights alone. The error is a sentence.
+    fn width(&self, property: Property) -> Result<usize, String> {
+        let parts = self.parts();
+        let keyframes = self.times.count.saturating_mul(parts);
+        let (found, count) = (self.values.count, self.times.count);
+        let width = found.checked_div(keyframes).unwrap_or(0);
+        let is_right = match property {
+            Property::MorphTargetWeights => width * keyframes == found,
+            _ => found >= keyframes,
+        };
+        let values = counted(found, "value", "values");
+        match (is_right, property) {
+            (false, _) => Err(format!(
+                "{values} for {}",
+                counted(count, "keyframe", "keyframes")
+            )),
+            (true, Property::MorphTargetWeights) => Ok(width),
+            (true, _) => Ok(1),
+        }
+    }
+
+    /// How many values a keyframe has: with tangents three.
+    fn parts(&self) -> usize {
+        if self.interpolation == Interpolation::CubicSpline {
+            3
+        } else {
+            1
+        }
+    }
+
+    fn time(&self, i: usize) -> f64 {
+        let [time] = self.times.numbers(i);
+        f64::from(time)
+    }
+
+    /// Where a time is; before the first keyframe and after the last one nothing moves. `None` without keyframes.
+    fn span(&self, seconds: f64) -> Option<Span> {
+        let last = self.times.count.checked_sub(1)?;
+        // By bisection: the first keyframe after the time.
+        let (mut before, mut after) = (0, self.times.count);
+        while before < after {
+            let middle = before + (after - before) / 2;
+            if self.time(middle) <= seconds {
+                before = middle + 1;
+            } else {
+                after = middle;
+            }
+        }
+        let first = after.saturating_sub(1);
+        let keyframes = [first, after.min(last)];
+        let length = self.time(keyframes[1]) - self.time(first);
+        let share = (seconds - self.time(first)) / length;
+        let is_between = length > 0.0 && (0.0..=1.0).contains(&share);
+        Some(Span {
+            keyframes,
+            share: if is_between { share } else { 0.0 },
+            length: if is_between { length } else { 0.0 },
+        })
+    }
+
+    /// Four components of a property; `of` reads element `i`.
+    fn value(&self, span: &Span, [i, width]: [usize; 2], of: impl Fn(usize) -> DVec4) -> DVec4 {
+        let parts = self.parts();
+        let at = |keyframe: usize, part: usize| of((keyframe * parts + part) * width + i);
+        let ([a, b], t) = (span.keyframes, span.share);
+        match self.interpolation {
+            Interpolation::Step => at(a, 0),
+            Interpolation::Linear => at(a, 0).lerp(at(b, 0), t),
+            Interpolation::CubicSpline => {
+                let (square, cube) = (t * t, t * t * t);
+                let leaves = span.length * at(a, 2);
+                let arrives = span.length * at(b, 0);
+                (2.0 * cube - 3.0 * square + 1.0) * at(a, 1)
+                    + (cube - 2.0 * square + t) * leaves
+                    + (3.0 * square - 2.0 * cube) * at(b, 1)
+                    + (cube - square) * arrives
+            }
+        }
+    }
+
+    fn vector(&self, span: &Span) -> DVec3 {
+        let of = |i: usize| DVec3::from_array(self.values.vector(i).map(f64::from)).extend(0.0);
+        self.value(span, [0, 1], of).truncate()
+    }
+
+    /// Number `i` of `width`.
+    fn number(&self, span: &Span, of_width: [usize; 2]) -> f64 {
+        let of = |i: usize| DVec4::splat(f64::from(self.values.numbers::<1>(i)[0]));
+        self.value(span, of_width, of).x
+    }
+
+    /// `None` if the file has no rotation there but zeros.
+    fn rotation(&self, span: &Span) -> Option<DQuat> {
+        let of = |i: usize| DVec4::from_array(self.values.numbers::<4>(i).map(f64::from));
+        if self.interpolation != Interpolation::Linear {
+            return unit(self.value(span, [0, 1], of));
+        }
+        let [from, to] = span.keyframes.map(|keyframe| unit(of(keyframe)));
+        Some(slerp(from?, to?, span.share))
+    }
+}
+
+/// The rotation of a quaternion; `None` if it is 0 or not finite.
+fn unit(quaternion: DVec4) -> Option<DQuat> {
+    quaternion.try_normalize().map(DQuat::from_vec4)
+}
+
+/// Spherical interpolation, the shorter way (Shoemake, *Animating Rotation with Quaternion Curves*, 1985). Not glam's, which
+/// has the sine of the system.
+fn slerp(from: DQuat, to: DQuat, share: f64) -> DQuat {
+    /// Below this sine of the angle the two are one rotation.
+    const SAME: f64 = 1e-9;
+    // A quaternion and its negative are one rotation.
+    let to = if from.dot(to) < 0.0 { -to } else { to };
+    let angle = 2.0 * libm::atan2((from - to).length(), (from + to).length());
+    let sin = libm::sin(angle);
+    if sin < SAME {
+        return from;
+    }
+    let between = from * libm::sin((1.0 - share) * angle) + to * libm::sin(share * angle);
+    (between / sin).normalize()
+}
