@@ -11,6 +11,7 @@ pub use screen::Screen;
 use super::program::Folder;
 use image::RgbImage;
 use std::{
+    cell::RefCell,
     fs,
     io::{BufRead, BufReader, Write},
     path::PathBuf,
@@ -38,6 +39,14 @@ pub struct Viewer<'a> {
     window: u32,
     scene: &'static str,
     size: [u32; 2],
+    last_shot: RefCell<Shot>,
+}
+
+/// A screenshot: the server's bytes and the picture.
+#[derive(Default)]
+struct Shot {
+    bytes: Vec<u8>,
+    picture: RgbImage,
 }
 
 impl Drop for Viewer<'_> {
@@ -119,6 +128,7 @@ impl<'a> Viewer<'a> {
             window,
             scene,
             size,
+            last_shot: RefCell::default(),
         }
     }
 
@@ -192,23 +202,36 @@ impl<'a> Viewer<'a> {
         self.screen.title(self.window)
     }
 
-    /// What the window shows.
+    /// What the window shows. Most shots of a test that waits show the same, and are converted once.
     pub fn shot(&self) -> RgbImage {
-        self.screen.shot(self.window, self.size)
+        let bytes = self.screen.shot(self.window, self.size);
+        let mut last = self.last_shot.borrow_mut();
+        let [width, height] = self.size;
+        if last.bytes != bytes || last.picture.dimensions() != (width, height) {
+            let rgb = bytes
+                .chunks_exact(4)
+                .flat_map(|pixel| [pixel[2], pixel[1], pixel[0]]);
+            last.picture = RgbImage::from_raw(width, height, rgb.collect()).unwrap();
+            last.bytes = bytes;
+        }
+        last.picture.clone()
     }
 
     /// Waits until the window shows this picture from row `top` on, below messages.
     pub fn wait_for_picture(&self, what: &str, expected: &RgbImage, top: u32) {
         let start = Instant::now();
-        wait_for(what, || match difference(&self.shot(), expected, top) {
-            0 => Ok(()),
-            pixels => {
-                // Encoding takes longer than looking: only when it may be the last.
-                if start.elapsed() > PATIENCE / 2 {
-                    keep(&self.shot(), "last");
-                }
-                Err(format!("{pixels} other pixels: target/window/last.png"))
+        wait_for(what, || {
+            let shot = self.shot();
+            if is_same(&shot, expected, top) {
+                return Ok(());
             }
+            // Counting and encoding take longer than looking: only when it may be the last.
+            if start.elapsed() < PATIENCE / 2 {
+                return Err("another picture".into());
+            }
+            keep(&shot, "last");
+            let pixels = difference(&shot, expected, top);
+            Err(format!("{pixels} other pixels: target/window/last.png"))
         });
     }
 
@@ -332,18 +355,26 @@ pub fn keep(picture: &RgbImage, name: &str) {
     picture.save(folder.join(format!("{name}.png"))).unwrap();
 }
 
+/// The bytes from row `top` on. A message may be higher than the picture.
+fn below(picture: &RgbImage, top: u32) -> &[u8] {
+    let first = 3 * (top * picture.width()) as usize;
+    picture.as_raw().get(first..).unwrap_or_default()
+}
+
+/// Whether the pixels from row `top` on are the same.
+fn is_same(a: &RgbImage, b: &RgbImage, top: u32) -> bool {
+    a.dimensions() == b.dimensions() && below(a, top) == below(b, top)
+}
+
 /// Counts the pixels from row `top` on that differ: `usize::MAX` if the sizes do.
 pub fn difference(a: &RgbImage, b: &RgbImage, top: u32) -> usize {
+    if is_same(a, b, top) {
+        return 0;
+    }
     if a.dimensions() != b.dimensions() {
         return usize::MAX;
     }
-    let first = 3 * (top * a.width()) as usize;
-    // A message may be higher than the picture.
-    let [a, b] = [a, b].map(|picture| picture.as_raw().get(first..).unwrap_or_default());
-    if a == b {
-        return 0;
-    }
-    let pairs = a.chunks_exact(3).zip(b.chunks_exact(3));
+    let pairs = below(a, top).chunks_exact(3).zip(below(b, top).chunks_exact(3));
     pairs.filter(|(a, b)| a != b).count()
 }
 

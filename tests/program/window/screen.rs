@@ -2,7 +2,6 @@
 
 use super::wait_for;
 use crate::program::{Folder, Run};
-use image::RgbImage;
 use std::{
     io::{BufRead, BufReader},
     process::{Child, Command, Stdio},
@@ -171,19 +170,12 @@ impl Screen {
         cookie.check().unwrap();
     }
 
-    /// Returns what a window shows. A pixel is four bytes: blue, green, red, unused.
-    pub fn shot(&self, window: u32, [width, height]: [u32; 2]) -> RgbImage {
+    /// Returns the bytes of what a window shows. A pixel is four: blue, green, red, unused.
+    pub fn shot(&self, window: u32, [width, height]: [u32; 2]) -> Vec<u8> {
         let [w, h] = [width, height].map(|side| side as u16);
         let cookie = self
             .connection
             .get_image(ImageFormat::Z_PIXMAP, window, 0, 0, w, h, u32::MAX);
-        let bytes = cookie.unwrap().reply().unwrap().data;
-        let mut shot = RgbImage::new(width, height);
-        for (to, from) in shot.chunks_exact_mut(3).zip(bytes.chunks_exact(4)) {
-            to[0] = from[2];
-            to[1] = from[1];
-            to[2] = from[0];
-        }
-        shot
+        cookie.unwrap().reply().unwrap().data
     }
 }
