@@ -57,27 +57,27 @@ fn memory_is_counted_before_it_is_taken() {
     let triangle = format!("<object id='1'>{TRIANGLE}</object>");
     let item = "<item objectid='1'/>";
     let large = |resources: &str| model(&(resources.to_owned() + &triangle), item);
-    let vertices = list("<vertex x='%' y='0' z='0'/>", 200_000);
+    let vertices = list("<vertex x='%' y='0' z='0'/>", 50_000);
     let files = [
         model(
             &format!("<object id='1'><mesh><vertices>{vertices}</vertices></mesh></object>{triangle}"),
             item,
         ),
-        model(&triangle, &item.repeat(400_000)),
+        model(&triangle, &item.repeat(100_000)),
         large(&format!(
             "<object id='2'><components>{}</components></object>",
-            "<component objectid='1'/>".repeat(100_000)
+            "<component objectid='1'/>".repeat(25_000)
         )),
         large(&format!(
             "<m:colorgroup id='2'>{}</m:colorgroup>",
-            "<m:color color='#000000'/>".repeat(300_000)
+            "<m:color color='#000000'/>".repeat(75_000)
         )),
         large(&list(
             "<basematerials id='%'><base displaycolor='#123456'/></basematerials>",
-            100_000,
+            25_000,
         )),
-        large(&list("<object id='1%'/>", 100_000)),
-        large(&list("<m:texture2d id='%' path='/%.png'/>", 100_000)),
+        large(&list("<object id='1%'/>", 25_000)),
+        large(&list("<m:texture2d id='%' path='/%.png'/>", 25_000)),
     ];
     for (i, file) in files.iter().enumerate() {
         let said = within(file, 1 << 30);

@@ -48,7 +48,8 @@ fn refused(folder: &Folder, script: &str, words: &[&str]) {
 #[test]
 fn too_large_inputs_are_refused_before_the_work() {
     let folder = Folder::new();
-    write_mesh(&folder, "mesh.ply", 1_000_000);
+    write_mesh(&folder, "mesh.ply", 500_000);
+    write_mesh(&folder, "more.ply", 1_000_000);
     write_sparse(&folder, "large.ply", 1 << 30);
     write_sparse(&folder, "facets.stl", 84 + 50 * 20_000_000);
     let stl = fs::OpenOptions::new().write(true).open(folder.path("facets.stl"));
@@ -71,25 +72,25 @@ fn too_large_inputs_are_refused_before_the_work() {
         ),
         // A mesh in a scene and by itself.
         (
-            "\"$0\" mesh.scn --max-memory 64M",
+            "\"$0\" mesh.scn --max-memory 32M",
             &["mesh.scn:2:10: cannot load mesh.ply", "the scene takes about"],
         ),
         (
-            "\"$0\" mesh.ply --max-memory 64M",
+            "\"$0\" mesh.ply --max-memory 32M",
             &["error: mesh.ply: the scene takes about", "or more, BVH included"],
         ),
         (
-            "\"$0\" info mesh.ply --max-memory 64M",
+            "\"$0\" info mesh.ply --max-memory 32M",
             &["error: mesh.ply: the scene takes about"],
         ),
         // The process's own limit counts, too, and --max-memory does not raise it.
         (
-            "ulimit -v 200000; \"$0\" mesh.ply",
-            &["error: mesh.ply: the scene takes about"],
+            "ulimit -v 200000; \"$0\" more.ply",
+            &["error: more.ply: the scene takes about"],
         ),
         (
-            "ulimit -v 200000; \"$0\" mesh.ply --max-memory 100G",
-            &["error: mesh.ply: the scene takes about"],
+            "ulimit -v 200000; \"$0\" more.ply --max-memory 100G",
+            &["error: more.ply: the scene takes about"],
         ),
         // By the file's length, before it is read.
         (
