@@ -310,8 +310,8 @@ fn channels(path: &Path) -> Channels {
     (0..depth).map(channel).collect()
 }
 
-/// Renders and returns the channels of each written file, by its name.
-fn render(input: &str, format: &str, options: &str, crop: &str) -> BTreeMap<String, Channels> {
+/// A folder with the inputs of all cases that are not shipped.
+fn folder_of_inputs() -> Folder {
     let folder = Folder::new();
     folder.write("b.scn", SCENE);
     folder.write("glass.scn", GLASS);
@@ -326,6 +326,17 @@ fn render(input: &str, format: &str, options: &str, crop: &str) -> BTreeMap<Stri
     folder.write("colors.obj", COLORS);
     folder.write("swing.gltf", SWING);
     folder.write("points.obj", &points());
+    folder
+}
+
+/// Renders, removes and returns the channels of each written file, by its name.
+fn render(
+    folder: &Folder,
+    input: &str,
+    format: &str,
+    options: &str,
+    crop: &str,
+) -> BTreeMap<String, Channels> {
     let input = if folder.path(input).exists() {
         input.to_owned()
     } else {
@@ -338,7 +349,12 @@ fn render(input: &str, format: &str, options: &str, crop: &str) -> BTreeMap<Stri
     folder.run(&arguments).succeeded();
     let made = folder.names().into_iter().filter(|name| name.starts_with("made"));
     let files: BTreeMap<String, Channels> = made
-        .map(|name| (name.clone(), channels(&folder.path(&name))))
+        .map(|name| {
+            let path = folder.path(&name);
+            let channels = channels(&path);
+            std::fs::remove_file(path).expect("removed");
+            (name, channels)
+        })
         .collect();
     assert!(!files.is_empty(), "{arguments:?}");
     files
@@ -358,15 +374,16 @@ fn put(whole: &mut Channels, crop: Channels, [x0, y0, x1, y1]: [usize; 4]) {
 
 #[test]
 fn crops_equal_the_picture_with_every_option() {
+    let folder = folder_of_inputs();
     for (i, (input, format, options)) in CASES.into_iter().enumerate() {
         let columns: &[usize] = rounds(&COLUMNS_IN_TURN[i % 2], &COLUMNS);
-        let whole = render(input, format, options, "");
+        let whole = render(&folder, input, format, options, "");
         let mut together: BTreeMap<String, Channels> = BTreeMap::new();
         for y in ROWS.windows(2) {
             for x in columns.windows(2) {
                 let place = [x[0], y[0], x[1], y[1]];
                 let crop = format!("--crop {},{},{},{}", x[0], y[0], x[1], y[1]);
-                for (name, crop) in render(input, format, options, &crop) {
+                for (name, crop) in render(&folder, input, format, options, &crop) {
                     put(together.entry(name).or_default(), crop, place);
                 }
             }
