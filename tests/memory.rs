@@ -73,8 +73,10 @@ fn memory_is_bounded() {
 
 /// Frames that are counted.
 const FRAMES: usize = 40;
+/// Seven bands of tiles in the first frame, four in the last.
+const HEIGHT: u32 = 97;
 /// Rayon's injector queue allocates a block for every 63 jobs; on a busy machine, where its threads sleep and wake more
-/// often, up to six were seen. One allocation per tile would be 3,000.
+/// often, up to six were seen. One allocation per tile would be 1,000.
 const RAYON_ALLOCATIONS: usize = 8;
 /// Each frame has a lock, which allocates on some systems.
 const LOCK_ALLOCATIONS: usize = if cfg!(target_vendor = "apple") { FRAMES } else { 0 };
@@ -94,7 +96,7 @@ fn frames_allocate_nothing() {
         let bvh = Bvh::build(&scene);
         let mut settings = Settings {
             width: 333,
-            height: 217,
+            height: HEIGHT,
             threads: Some(threads),
             max_depth: 6,
             ..Settings::default()
@@ -131,7 +133,7 @@ fn frames_allocate_nothing() {
             } else {
                 (Pattern::Grid, 1 + 3 * u32::from(frame_i % 8 == 2))
             };
-            settings.height = 217 - frame_i as u32;
+            settings.height = HEIGHT - frame_i as u32;
             let camera = &cameras[frame_i % cameras.len()];
             let frame = renderer.render(camera, &settings, &mut film, &|_| ControlFlow::Continue(()));
             frame.unwrap_or_else(|error| panic!("{name}: {error}"));
