@@ -5,6 +5,8 @@
 
 #[cfg(feature = "textures")]
 pub(super) mod decoding;
+#[cfg(feature = "textures")]
+mod heights;
 mod highlight;
 pub(super) mod names;
 

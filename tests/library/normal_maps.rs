@@ -198,7 +198,7 @@ fn both_modes_draw_the_same() {
     check("normal maps", &scene, &camera, &sized(64, 48, 4));
 }
 
-/// OBJ files name normal maps after three keywords; a height map is named in a note.
+/// OBJ files name normal maps after three keywords, and height maps, which are grey.
 #[test]
 fn obj_materials() {
     let png = |pixels: &[[u8; 4]]| {
@@ -231,9 +231,12 @@ fn obj_materials() {
         let map = mesh.surfaces[0].textures.normal_map.expect("a map");
         assert_eq!(map.scale, if keyword == "norm" { 1.0 } else { 0.5 });
         let mesh = load(&material, &heights);
+        assert!(mesh.notes.is_empty(), "{:?}", mesh.notes);
+        assert!(mesh.surfaces[0].textures.normal_map.is_some());
+        let mesh = load(&material, &png(&[[200, 60, 60, 255]; (SIDE * SIDE) as usize]));
         assert_eq!(
             mesh.notes,
-            ["a.obj: texture a.png is not shown: it is not a normal map (perhaps a height map)"]
+            ["a.obj: texture a.png is not shown: it is neither a normal map nor a grey height map"]
         );
         assert_eq!(mesh.surfaces[0].textures.normal_map, None);
     }

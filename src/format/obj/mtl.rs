@@ -270,7 +270,7 @@ impl<'a> Reading<'a> {
             b"map_d" => (&mut self.mask, of_mask),
             b"map_ke" => (&mut self.emission_map, of_emission),
             b"map_ks" => (&mut self.specular_map, of_specular),
-            // Programs write the name of a normal map after any of these, so a height map is told by its pixels; `norm` is
+            // Programs write the name of a normal map after any of these, so a height map is known by its pixels; `norm` is
             // never one.
             b"bump" | b"map_bump" if self.has_norm => return Ok(false),
             b"norm" | b"bump" | b"map_bump" => {

@@ -1,6 +1,6 @@
 //! Decodes images, within limits of size and memory.
 
-use super::{Budget, Content, Encoded, Image, Made};
+use super::{Budget, Content, Encoded, Image, Made, heights};
 use crate::{
     error::{decoder_reason, in_bytes},
     scene::MAX_IMAGE_SIDE,
@@ -188,14 +188,17 @@ fn decode(known: &Known<'_>) -> Result<Made, String> {
     })
 }
 
-/// The image of a normal map, whose mean points away from the surface.
-fn normal_map(size: [u32; 2], pixels: Vec<[u8; 4]>) -> Result<Image, String> {
+/// The image of a normal map, whose mean points away from the surface, or of a height map.
+fn normal_map(size: [u32; 2], mut pixels: Vec<[u8; 4]>) -> Result<Image, String> {
+    if heights::is_grey(&pixels) {
+        pixels = heights::normals(size, &pixels);
+    }
     let image = Image::of_numbers(size, pixels).map_err(|error| error.to_string())?;
     let [red, green, blue, _] = image.mean();
     if blue > red.max(green).saturating_add(16) {
         Ok(image)
     } else {
-        Err("it is not a normal map (perhaps a height map)".to_owned())
+        Err("it is neither a normal map nor a grey height map".to_owned())
     }
 }
 
