@@ -45,7 +45,7 @@ const ELSEWHERE: [(&[&str], &str); 17] = [
         ],
         "--from AZIMUTH,ELEVATION in degrees, such as --from 35,20, or --from top",
     ),
-    (&["--animation", "--animate", "--rotate"], "--turntable N"),
+    (&["--animate", "--rotate"], "--turntable N"),
     (
         &["--bounces", "--max-bounces", "--ray-depth", "--recursion"],
         "--max-depth N limits reflections and refraction",

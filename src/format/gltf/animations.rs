@@ -17,6 +17,9 @@ use gltf::{
 };
 use std::{collections::HashMap, rc::Rc};
 
+/// How many weights the animations of a small file may change, counted for each channel.
+const MOST_WEIGHTS: usize = 1 << 20;
+
 /// What an animation changes: the nodes that it does not name stand as the file stores them.
 #[derive(Default)]
 pub(super) struct AnimatedPose(HashMap<usize, NodePose>);
@@ -27,6 +30,25 @@ struct NodePose {
     rotation: Option<DQuat>,
     scale: Option<DVec3>,
     weights: Option<Vec<f32>>,
+}
+
+impl NodePose {
+    /// Sets what a track says. Returns whether that is finite.
+    fn set(&mut self, property: Property, track: &Track<'_>, span: &Span, weights: Vec<f32>) -> bool {
+        match property {
+            Property::Translation => self.translation.insert(track.vector(span)).is_finite(),
+            Property::Scale => self.scale.insert(track.vector(span)).is_finite(),
+            Property::Rotation => {
+                let rotation = track.rotation(span);
+                self.rotation = unit(rotation);
+                rotation.is_finite()
+            }
+            Property::MorphTargetWeights => {
+                let weights = self.weights.insert(weights);
+                weights.iter().all(|weight| weight.is_finite())
+            }
+        }
+    }
 }
 
 impl AnimatedPose {
@@ -40,6 +62,7 @@ impl AnimatedPose {
         let chosen = chosen(animations, moment.animation.as_deref()).map_err(|why| buffers.refused(why))?;
         let animation = &animations[chosen];
         let mut nodes: HashMap<usize, NodePose> = HashMap::new();
+        let mut steps = 0;
         for (i, channel) in animation.channels.iter().enumerate() {
             let place = format!("animations[{chosen}].channels[{i}]");
             let Checked::Valid(property) = channel.target.path else {
@@ -75,17 +98,23 @@ impl AnimatedPose {
             let width = track
                 .width(property)
                 .map_err(|why| buffers.refused(format!("{place}: {why}")))?;
+            let Some(span) = track.span(moment.seconds) else {
+                continue;
+            };
+            let mut weights = Vec::new();
+            if property == Property::MorphTargetWeights {
+                let most = node.mesh().map_or(0, |mesh| targets.count(mesh.index()));
+                let count = width.min(most);
+                steps += count;
+                check_steps(steps, buffers)?;
+                let room = buffers.budget().reserve(&mut weights, count);
+                room.map_err(|error| buffers.no_room(error))?;
+                weights.extend((0..count).map(|i| track.number(&span, [i, width]) as f32));
+            }
             let pose = nodes.entry(node.index()).or_default();
-            match (property, track.span(moment.seconds)) {
-                (_, None) => {}
-                (Property::Translation, Some(span)) => pose.translation = Some(track.vector(&span)),
-                (Property::Scale, Some(span)) => pose.scale = Some(track.vector(&span)),
-                (Property::Rotation, Some(span)) => pose.rotation = track.rotation(&span),
-                (Property::MorphTargetWeights, Some(span)) => {
-                    let most = node.mesh().map_or(0, |mesh| targets.count(mesh.index()));
-                    let weights = (0..width.min(most)).map(|i| track.number(&span, [i, width]) as f32);
-                    pose.weights = Some(weights.collect());
-                }
+            if !pose.set(property, &track, &span, weights) {
+                let seconds = moment.seconds;
+                return Err(buffers.refused(format!("{place}: its value at {seconds} seconds is not finite")));
             }
         }
         Ok(Self(nodes))
@@ -152,6 +181,18 @@ fn chosen(animations: &[Animation], wanted: Option<&str>) -> Result<usize, Strin
     })
 }
 
+/// Refuses more weights than a file of this size may change.
+fn check_steps(steps: usize, buffers: &Buffers<'_>) -> Result<(), LoadError> {
+    let size = buffers.size();
+    let most = size.saturating_mul(8).saturating_add(MOST_WEIGHTS);
+    if steps <= most {
+        return Ok(());
+    }
+    Err(buffers.refused(format!(
+        "the animation changes {steps} weights of morph targets, expected at most {most} from {size} bytes"
+    )))
+}
+
 /// What one property of a node goes through.
 struct Track<'a> {
     /// Seconds, ascending.
@@ -173,23 +214,26 @@ struct Span {
 impl Track<'_> {
     /// How many elements each keyframe has; more than one for weights alone. The error is a sentence.
     fn width(&self, property: Property) -> Result<usize, String> {
-        let parts = self.parts();
-        let keyframes = self.times.count.saturating_mul(parts);
-        let (found, count) = (self.values.count, self.times.count);
-        let width = found.checked_div(keyframes).unwrap_or(0);
-        let is_right = match property {
-            Property::MorphTargetWeights => width * keyframes == found,
-            _ => found >= keyframes,
+        let (found, keyframes) = (self.values.count, self.times.count);
+        let needed = keyframes.checked_mul(self.parts());
+        let is_weights = property == Property::MorphTargetWeights;
+        let width = match needed {
+            Some(0) => Some(1),
+            Some(needed) if is_weights => Some(found / needed).filter(|width| width * needed == found),
+            Some(needed) => Some(1).filter(|_| found >= needed),
+            None => None,
         };
-        let values = counted(found, "value", "values");
-        match (is_right, property) {
-            (false, _) => Err(format!(
-                "{values} for {}",
-                counted(count, "keyframe", "keyframes")
-            )),
-            (true, Property::MorphTargetWeights) => Ok(width),
-            (true, _) => Ok(1),
-        }
+        width.filter(|width| *width > 0).ok_or_else(|| {
+            let values = counted(found, "value", "values");
+            let keyframes = counted(keyframes, "keyframe", "keyframes");
+            let each = match (is_weights, self.parts()) {
+                (false, 1) => "one",
+                (false, _) => "three",
+                (true, 1) => "one of each weight",
+                (true, _) => "three of each weight",
+            };
+            format!("{values} for {keyframes}, expected {each} for each")
+        })
     }
 
     /// How many values a keyframe has: with tangents three.
@@ -237,6 +281,8 @@ impl Track<'_> {
         let at = |keyframe: usize, part: usize| of((keyframe * parts + part) * width + i);
         let ([a, b], t) = (span.keyframes, span.share);
         match self.interpolation {
+            // What does not count may be NaN.
+            _ if t == 0.0 => at(a, parts / 2),
             Interpolation::Step => at(a, 0),
             Interpolation::Linear => at(a, 0).lerp(at(b, 0), t),
             Interpolation::CubicSpline => {
@@ -262,18 +308,20 @@ impl Track<'_> {
         self.value(span, of_width, of).x
     }
 
-    /// `None` if the file has no rotation there but zeros.
-    fn rotation(&self, span: &Span) -> Option<DQuat> {
+    fn rotation(&self, span: &Span) -> DVec4 {
         let of = |i: usize| DVec4::from_array(self.values.numbers::<4>(i).map(f64::from));
-        if self.interpolation != Interpolation::Linear {
-            return unit(self.value(span, [0, 1], of));
+        if self.interpolation != Interpolation::Linear || span.share == 0.0 {
+            return self.value(span, [0, 1], of);
         }
-        let [from, to] = span.keyframes.map(|keyframe| unit(of(keyframe)));
-        Some(slerp(from?, to?, span.share))
+        let [from, to] = span.keyframes.map(of);
+        match [from, to].map(unit) {
+            [Some(from), Some(to)] => DVec4::from(slerp(from, to, span.share)),
+            _ => from.lerp(to, span.share),
+        }
     }
 }
 
-/// The rotation of a quaternion; `None` if it is 0 or not finite.
+/// The rotation of a quaternion; `None` if it is 0.
 fn unit(quaternion: DVec4) -> Option<DQuat> {
     quaternion.try_normalize().map(DQuat::from_vec4)
 }

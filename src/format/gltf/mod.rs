@@ -223,7 +223,7 @@ fn root(text: &[u8], path: &Path) -> Result<json::Root, LoadError> {
     let other_version = |version: &str| LoadError::whole_file(path, other_version(version));
     // Not generic, so compiled with its crate, at less optimisation.
     let root = json::Root::from_slice(text);
-    let root = root.or_else(|error| with_empty_scenes(text, &error).ok_or(error));
+    let root = root.or_else(|error| without_optional(text, &error).ok_or(error));
     let root = root.map_err(|error| {
         // Version 1 has other types nearly everywhere: the first mismatch says little.
         if let Some(version) = version(text).filter(|version| version.starts_with('1')) {
@@ -238,19 +238,41 @@ fn root(text: &[u8], path: &Path) -> Result<json::Root, LoadError> {
     }
 }
 
-/// Reads a file again that has scenes without `nodes`, which the crate requires and the specification does not.
-fn with_empty_scenes(text: &[u8], error: &json::Error) -> Option<json::Root> {
-    // Files with an empty scene are small; a tree of values takes far more memory than its text.
+/// Reads a file again that has scenes without `nodes` or channels of animations without `node`, which the crate requires and
+/// the specification does not.
+fn without_optional(text: &[u8], error: &json::Error) -> Option<json::Root> {
+    // Such files are small; a tree of values takes far more memory than its text.
     const MOST_BYTES: usize = 1 << 20;
-    if text.len() > MOST_BYTES || !error.to_string().starts_with("missing field `nodes`") {
+    if text.len() > MOST_BYTES || !error.to_string().starts_with("missing field `node") {
         return None;
     }
     let mut value: json::Value = json::deserialize::from_slice(text).ok()?;
-    for scene in value.get_mut("scenes")?.as_array_mut()? {
+    let mut arrays = |key: &str| {
+        value
+            .get_mut(key)
+            .and_then(|found| found.as_array_mut().map(std::mem::take))
+    };
+    let (mut scenes, mut animations) = (arrays("scenes"), arrays("animations"));
+    for scene in scenes.iter_mut().flatten() {
         let scene = scene.as_object_mut()?;
         scene
             .entry("nodes")
             .or_insert_with(|| json::Value::Array(Vec::new()));
+    }
+    // A channel without a node is one of an extension.
+    for channels in animations
+        .iter_mut()
+        .flatten()
+        .filter_map(|one| one.get_mut("channels"))
+    {
+        let has_node =
+            |channel: &json::Value| channel.get("target").is_some_and(|to| to.get("node").is_some());
+        channels.as_array_mut()?.retain(has_node);
+    }
+    for (key, array) in [("scenes", scenes), ("animations", animations)] {
+        if let Some(array) = array {
+            value.as_object_mut()?.insert(key.to_owned(), array.into());
+        }
     }
     json::deserialize::from_value(value).ok()
 }

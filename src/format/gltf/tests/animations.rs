@@ -1,6 +1,6 @@
 //! Poses of animations.
 
-use super::poses::{BENT, points, strip};
+use super::poses::{BENT, File, points, strip};
 use super::*;
 use crate::format::mesh::Moment;
 
@@ -158,6 +158,75 @@ fn animations_are_chosen_by_name_or_number() {
     );
 }
 
+/// Of a spline the tangents before its first and after its last keyframe, and of lines what is beyond the time.
+#[test]
+fn what_does_not_count_may_be_nan() {
+    let nan = &[f32::NAN; 3][..];
+    let [one, two] = [&[1.0; 3][..], &[2.0; 3][..]];
+    let zero = &[0.0; 3][..];
+    let cubic = moved(
+        "translation",
+        "CUBICSPLINE",
+        "VEC3",
+        &[nan, one, zero, zero, two, nan],
+    );
+    assert_eq!(
+        corner_at(&cubic, &[0.0, 1.0, 3.0]),
+        [[2.0, 1.0, 1.0], [2.0, 1.0, 1.0], [3.0, 2.0, 2.0]]
+    );
+    let linear = moved("translation", "LINEAR", "VEC3", &[one, nan]);
+    assert_eq!(corner_at(&linear, &[1.0]), [[2.0, 1.0, 1.0]]);
+    for seconds in [2.0, 3.0] {
+        assert_eq!(
+            posed(&linear, None, seconds).expect_err("NaN"),
+            format!("animations[0].channels[0]: its value at {seconds} seconds is not finite")
+        );
+    }
+}
+
+/// Sparse accessors without a view have as many zeros as they say.
+#[test]
+fn counts_without_bytes() {
+    let zeros = |index: usize, count: usize, kind: &str| {
+        format!(
+            r#"{{"count":{count},"componentType":5126,"type":"{kind}","sparse":{{"count":1,
+            "indices":{{"bufferView":{index},"componentType":5121}},"values":{{"bufferView":{index}}}}}}}"#
+        )
+    };
+    let mut file = File::default();
+    file.floats(3, "VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+    let json = |times: usize, values: usize, path: &str, kind: &str, interpolation: &str| {
+        let json = file.finish(&format!(
+            r#""nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},
+            "targets":[{{"POSITION":0}},{{"POSITION":0}}]}}]}}],"animations":[{{"channels":[{{"sampler":0,
+            "target":{{"node":0,"path":"{path}"}}}}],"samplers":[{{"input":1,"output":2,"interpolation":"{interpolation}"}}]}}]"#
+        ));
+        let more = [zeros(0, times, "SCALAR"), zeros(0, values, kind)].join(",");
+        json.replace("],\"bufferViews\"", &format!(",{more}],\"bufferViews\""))
+    };
+    let place = "animations[0].channels[0]";
+    let most = usize::MAX;
+    let fault = posed(
+        &json(1 << 63, most, "translation", "VEC3", "CUBICSPLINE"),
+        None,
+        0.0,
+    );
+    assert_eq!(
+        fault.expect_err("too few"),
+        format!(
+            "{place}: {most} values for {} keyframes, expected three for each",
+            1_u64 << 63
+        )
+    );
+    let none = moved("weights", "LINEAR", "SCALAR", &[]);
+    assert_eq!(
+        posed(&none, None, 0.0).expect_err("none"),
+        format!("{place}: 0 values for 2 keyframes, expected one of each weight for each")
+    );
+    // The mesh has two targets.
+    assert!(posed(&json(1, 1 << 40, "weights", "SCALAR", "LINEAR"), None, 0.0).is_ok());
+}
+
 #[test]
 fn faults_of_animations() {
     let json = moved("translation", "LINEAR", "VEC3", &[&[0.0; 3], &[0.0; 3]]);
@@ -184,14 +253,16 @@ fn faults_of_animations() {
         (
             r#""LINEAR""#,
             r#""CUBICSPLINE""#,
-            format!("{place}: 2 values for 2 keyframes"),
+            format!("{place}: 2 values for 2 keyframes, expected three for each"),
         ),
     ] {
         assert_eq!(posed(&json.replace(from, to), None, 0.0).expect_err(to), expected);
     }
-    // What octray does not know is left alone.
+    // What octray does not know is left alone; such channels may have no node.
     let unknown = json.replace(r#""path":"translation""#, r#""path":"pointer""#);
     assert_eq!(corner_at(&unknown, &[2.0]), [[11.0, 0.0, 0.0]]);
+    let nowhere = unknown.replace(r#""node":1,"#, "");
+    assert_eq!(corner_at(&nowhere, &[2.0]), [[11.0, 0.0, 0.0]]);
     // Times that do not ascend are no reason to fail.
     let odd = strip(|file| {
         file.floats(3, "SCALAR", &[f32::NAN, 5.0, -1.0]);
