@@ -158,7 +158,7 @@ fn animations_are_chosen_by_name_or_number() {
     );
 }
 
-/// Of a spline the tangents before its first and after its last keyframe, and of lines what is beyond the time.
+/// Tangents before the first keyframe of a spline and after its last one; keyframes after the time.
 #[test]
 fn what_does_not_count_may_be_nan() {
     let nan = &[f32::NAN; 3][..];
