@@ -51,6 +51,18 @@ pub fn min_abs_direction(d: f32) -> f32 {
 /// The least magnitude of a direction component in the slab test.
 pub const MIN_ABS_DIRECTION: f32 = 1e-18;
 
+/// Returns unit vectors that are spread evenly over a sphere, on a Fibonacci spiral (Vogel 1979).
+#[must_use]
+pub(crate) fn spread_directions<const N: usize>() -> [Vec3; N] {
+    let golden_angle = std::f64::consts::TAU * (1.0 - 0.5 * (5.0_f64.sqrt() - 1.0));
+    std::array::from_fn(|i| {
+        let height = 1.0 - (2.0 * i as f64 + 1.0) / N as f64;
+        let (sin, cos) = libm::sincos(golden_angle * i as f64);
+        let out = (1.0 - height * height).sqrt();
+        Vec3::new((out * cos) as f32, (out * sin) as f32, height as f32)
+    })
+}
+
 /// Returns the largest absolute component.
 #[inline(always)]
 #[must_use]

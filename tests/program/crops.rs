@@ -240,7 +240,7 @@ const CASES: [(&str, &str, &str); 47] = [
 ];
 
 /// A triangle that turns.
-const SWING: &str = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],
+pub const SWING: &str = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
 "animations":[{"name":"swing","channels":[{"sampler":0,"target":{"node":0,"path":"rotation"}}],
 "samplers":[{"input":1,"output":2}]}],

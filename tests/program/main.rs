@@ -37,6 +37,7 @@ mod options;
 mod overwriting;
 mod package;
 mod picture_files;
+mod playback;
 mod points;
 mod poses;
 mod sheets;

@@ -1,7 +1,7 @@
 //! The points of placed meshes, in world space.
 
 use super::{Transform, TriangleMesh};
-use crate::math::Aabb;
+use crate::math::{Aabb, spread_directions};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -41,12 +41,41 @@ impl<'a> PlacedMesh<'a> {
         )
     }
 
+    /// Returns the points of meshes that are farthest along each axis and along 122 directions that are spread evenly over
+    /// a sphere: nearly as far as all points along any direction.
+    #[must_use]
+    pub fn extremes(meshes: &[Self]) -> Vec<Vec3> {
+        const AXES: [Vec3; 6] = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
+        let directions = [&AXES[..], &spread_directions::<{ DIRECTIONS - AXES.len() }>()].concat();
+        // Of several farthest points the same one, whatever their order.
+        let key = |(reach, p): &(f32, Vec3)| [*reach, p.x, p.y, p.z].map(|number| number + 0.0);
+        let farther = |a: (f32, Vec3), b: (f32, Vec3)| if key(&b) > key(&a) { b } else { a };
+        let farthest = Points::of(meshes).fold(
+            || [(f32::NEG_INFINITY, Vec3::ZERO); DIRECTIONS],
+            |mut farthest, point| {
+                for (most, direction) in farthest.iter_mut().zip(&directions) {
+                    let reach = direction.dot(point);
+                    if reach >= most.0 {
+                        *most = farther(*most, (reach, point));
+                    }
+                }
+                farthest
+            },
+            |a, b| std::array::from_fn(|i| farther(a[i], b[i])),
+        );
+        let found = farthest.into_iter().filter(|(reach, _)| reach.is_finite());
+        found.map(|(_, point)| point).collect()
+    }
+
     /// Returns whether any placed point of meshes passes a test.
     #[doc(hidden)]
     pub fn any(meshes: &[Self], test: impl Fn(Vec3) -> bool + Sync + Send) -> bool {
         Points::of(meshes).fold(|| false, |any, point| any || test(point), |a, b| a || b)
     }
 }
+
+/// How many directions [`PlacedMesh::extremes`] takes: both of each axis, and others.
+const DIRECTIONS: usize = 128;
 
 /// The coordinates of a mesh.
 type Columns<'a> = [Cow<'a, [f32]>; 3];
@@ -146,53 +175,4 @@ fn corners(mesh: &TriangleMesh) -> [[f32; 8]; 3] {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use glam::DVec3;
-
-    #[test]
-    fn points_are_those_of_meshes_in_place() {
-        let mut random = fastrand::Rng::with_seed(5);
-        let mut column = |count: usize| (0..count).map(|_| random.f32() - 0.3).collect::<Vec<f32>>();
-        let mesh = TriangleMesh {
-            x: column(10_001),
-            y: column(10_001),
-            z: column(10_001),
-            ..TriangleMesh::default()
-        };
-        let place = |i: usize| {
-            Transform::IDENTITY
-                .then_rotate(DVec3::new(1.0, 2.0, 0.5), 31.0 * i as f64)
-                .then_translate(DVec3::new(i as f64, 0.1, -0.7))
-        };
-        let placements: Vec<Transform> = (0..5).map(place).collect();
-        let mut expected = Aabb::EMPTY;
-        for placement in &placements {
-            let mut placed = TriangleMesh {
-                x: mesh.x.clone(),
-                y: mesh.y.clone(),
-                z: mesh.z.clone(),
-                ..TriangleMesh::default()
-            };
-            placement.apply(&mut placed);
-            expected = expected.union(PlacedMesh::bounds(&[PlacedMesh::in_place(&placed)]));
-        }
-        let placed = PlacedMesh {
-            mesh: &mesh,
-            placements: &placements,
-        };
-        let found = PlacedMesh::bounds(&[placed]);
-        assert_eq!((found.lower, found.upper), (expected.lower, expected.upper));
-        let coarse = Points::with_most(&[placed], 1000);
-        assert!(coarse.are_corners);
-        let count = coarse.fold(|| 0, |count, _| count + 1, |a, b| a + b);
-        assert_eq!(count, 5 * 8);
-        let around = coarse.fold(
-            || Aabb::EMPTY,
-            |bounds, point| bounds.union(Aabb::around([point])),
-            Aabb::union,
-        );
-        assert_eq!(around.union(found).upper, around.upper);
-        assert!(PlacedMesh::bounds(&[]).is_empty());
-    }
-}
+mod tests;

@@ -2,7 +2,7 @@
 
 use super::values;
 use crate::{
-    cli::plan::{CameraOptions, MeshOptions, Orbit, Side, StartView},
+    cli::plan::{CameraOptions, MeshOptions, Orbit, Playing, Side, StartView},
     format::mesh::{Moment, UpAxis},
     scene::Projection,
 };
@@ -106,8 +106,8 @@ pub struct MeshArgs {
     #[arg(long, value_name = "DIAMETER", value_parser = values::diameter, allow_negative_numbers = true)]
     pub point_size: Option<f32>,
 
-    /// Show a glTF file in the pose of this animation, by name or number [default: the pose that the file stores; its first
-    /// animation with --animation-time]
+    /// Show a glTF file in the pose of this animation, by name or number; if -o is an animation or has a #, play it [default:
+    /// the pose that the file stores; its first animation with --animation-time, or to be played]
     #[arg(long, value_name = "NAME")]
     pub animation: Option<String>,
 
@@ -157,6 +157,15 @@ impl CameraArgs {
 }
 
 impl MeshArgs {
+    /// How an animation is played if frames are asked for; not if there is the time of one pose.
+    pub fn playing(&self, fps: u32, memory: u64) -> Option<Playing<'_>> {
+        self.animation_time.is_none().then_some(Playing {
+            animation: self.animation.as_deref(),
+            fps,
+            memory,
+        })
+    }
+
     /// As plain values. With an `orbit`, the camera goes around the mesh.
     pub fn options(&self, orbit: Option<Orbit>) -> MeshOptions {
         MeshOptions {

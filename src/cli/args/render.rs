@@ -182,7 +182,7 @@ impl RenderArgs {
             Some(output) if is_typed && !has_frames && !self.series.keep_going => {
                 Err(CliError::Usage(format!(
                     "{}: # stands for the number of a frame, and there are no frames; leave it out, or ask for frames with \
-                 --turntable, --sphere, --poses or a scene with keyframes (`at`)",
+                 --turntable, --sphere, --poses, a scene with keyframes (`at`) or a glTF animation",
                     clip_path(output)
                 )))
             }
@@ -206,9 +206,12 @@ impl RenderArgs {
         let turntable = self.series.turntable(poses.as_ref());
         let keyframes = match turntable {
             Some(_) => Vec::new(),
-            None => self
-                .series
-                .keyframes(&self.scenes, self.output.as_deref(), !self.is_default("fps"))?,
+            None => self.series.keyframes(
+                &self.scenes,
+                self.output.as_deref(),
+                !self.is_default("fps"),
+                self.mesh.playing(self.series.fps(), self.memory.limit()),
+            )?,
         };
         self.check_placeholders(turntable.is_some() || !keyframes.is_empty())?;
         let pictures = Pictures {

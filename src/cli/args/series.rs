@@ -3,7 +3,7 @@
 use super::{camera, values};
 use crate::cli::{
     CliError,
-    plan::{CompareOptions, FrameRange, Orbit, Poses, Turntable, has_number, keyframes},
+    plan::{CompareOptions, FrameRange, Keyframes, Orbit, Playing, Poses, Turntable, has_number, keyframes},
     write::is_animation,
 };
 use clap::Args;
@@ -46,7 +46,8 @@ pub struct SeriesArgs {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["crop", "sheet", "skip_existing"])]
     pub save_poses: Option<PathBuf>,
 
-    /// Render only frames A to B of the turntable, the poses or an animated scene, so that several machines can share the work
+    /// Render only frames A to B of the turntable, the poses, an animated scene or a glTF animation, so that several machines
+    /// can share the work
     #[arg(long, value_name = "A-B", value_parser = values::frames)]
     pub frames: Option<FrameRange>,
 
@@ -73,7 +74,7 @@ impl SeriesArgs {
     }
 
     /// The frames of each scene, if one of them moves and these options or the name of the `output` ask for all of them.
-    /// `fps` asks if it `is_fps_typed`: a default in the config file is for animations only.
+    /// `fps` asks if it `is_fps_typed`: a default in the config file is for animations only. Meshes move if there is `playing`.
     ///
     /// # Errors
     /// [`CliError::Usage`] for options of frames without frames, [`CliError::Load`] for a scene that cannot be read.
@@ -82,7 +83,8 @@ impl SeriesArgs {
         scenes: &[PathBuf],
         output: Option<&Path>,
         is_fps_typed: bool,
-    ) -> Result<Vec<Turntable>, CliError> {
+        playing: Option<Playing<'_>>,
+    ) -> Result<Vec<Keyframes>, CliError> {
         let is_named = output.is_some_and(|output| has_number(output) || is_animation(output));
         let option = match (self.frames, self.fps) {
             (Some(_), _) => "--frames",
@@ -90,15 +92,13 @@ impl SeriesArgs {
             _ if is_named => "",
             _ => return Ok(Vec::new()),
         };
-        let found = keyframes(scenes, self.frames);
-        match found {
-            Ok(found) if found.is_empty() && !option.is_empty() => Err(CliError::Usage(format!(
-                "{option} needs --turntable, --sphere, --poses or a scene with keyframes (`at`)"
-            ))),
-            // A scene that cannot be read is skipped later.
-            Err(_) if self.keep_going && option.is_empty() => Ok(Vec::new()),
-            found => found,
+        let found = keyframes(scenes, self.frames, playing, self.keep_going)?;
+        if found.is_empty() && !option.is_empty() {
+            return Err(CliError::Usage(format!(
+                "{option} needs --turntable, --sphere, --poses, a scene with keyframes (`at`) or a glTF animation"
+            )));
         }
+        Ok(found)
     }
 
     /// Frames per second of an animation.

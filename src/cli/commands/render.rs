@@ -5,6 +5,7 @@ mod labels;
 mod moving;
 mod nothing;
 mod poses;
+mod rays;
 
 use super::stages;
 use crate::{
@@ -21,15 +22,16 @@ use crate::{
         },
         process::Interrupt,
         report::{self, RenderBar, RenderReport, Times, Verdicts, Written},
-        write::{Animation, AovKind, Inputs, Output, Sheet, json_line, write_json},
+        write::{Animation, Inputs, Output, Sheet, json_line, write_json},
     },
     error::clip_path,
-    render::{Renderer, Settings},
+    render::Renderer,
     scene::{Camera, Scene},
 };
 use ahead::Ahead;
 use labels::Labels;
 use moving::SceneAtTime;
+use rays::expected_rays;
 use std::{
     path::{Path, PathBuf},
     thread,
@@ -233,15 +235,19 @@ impl Call<'_> {
             scene,
             camera,
             rig,
+            poses,
+            is_cloud,
             notes,
             ..
         } = input;
         self.check_inputs(left)?;
         self.check_frames(job, &scene)?;
         let faults = faults::of(&scene);
-        self.warn(job.input.name(), &scene, &faults, notes);
+        // The triangles of tubes are not the user's.
+        let warned = Some(&faults).filter(|_| !is_cloud);
+        self.warn(job.input.name(), &scene, warned, notes);
         let quality = self.plan.build.quality(
-            Self::expected_rays((&scene, &camera), look, job),
+            expected_rays((&scene, &camera), look, job),
             scene.primitive_count(),
         );
         memory::check_build(&scene, quality)?;
@@ -258,6 +264,8 @@ impl Call<'_> {
             bvh,
             camera,
             rig,
+            poses,
+            quality,
         };
         self.render_frames(job, look, scene, &faults, spent)?;
         self.note_written(look);
@@ -352,13 +360,14 @@ impl Call<'_> {
         animation.map(Some)
     }
 
-    fn warn(&self, path: &Path, scene: &Scene, faults: &Faults, notes: Vec<String>) {
+    fn warn(&self, path: &Path, scene: &Scene, faults: Option<&Faults>, notes: Vec<String>) {
         if self.plan.quiet {
             return;
         }
         let empty = scene.primitive_count() == 0 && scene.planes().is_empty();
         let empty = empty.then(|| format!("{}: the scene is empty", clip_path(path)));
-        report::warnings(faults.warning(path).into_iter().chain(empty).chain(notes));
+        let faulty = faults.and_then(|faults| faults.warning(path));
+        report::warnings(faulty.into_iter().chain(empty).chain(notes));
     }
 
     /// Renders, writes and compares one picture.
@@ -442,32 +451,6 @@ impl Call<'_> {
             None => {}
         }
         Ok(())
-    }
-
-    /// The expected number of camera rays, and of shadow and ambient occlusion rays if each camera ray hits. Reflections
-    /// are not known beforehand.
-    fn expected_rays((scene, camera): (&Scene, &Camera), look: &Look, job: &Job) -> f64 {
-        let Look { settings, picture } = look;
-        // The heat AOV depends on the BVH, so a crop must have the BVH of the whole picture.
-        let (window, frames) = if picture.aovs.contains(&AovKind::Heat) {
-            let whole = Settings {
-                crop: None,
-                ..*settings
-            };
-            (whole.window(), job.whole as usize)
-        } else {
-            (settings.window(), job.frames.len())
-        };
-        let lights = if settings.shadows {
-            scene.lights().len() + usize::from(scene.ambient_reach().is_some()) + scene.environment_rays()
-        } else {
-            0
-        };
-        let pixels = f64::from(window.width()) * f64::from(window.height());
-        pixels
-            * frames as f64
-            * settings.expected_samples(scene.is_sampled() || camera.has_lens())
-            * (1.0 + lights as f64)
     }
 }
 

@@ -8,7 +8,7 @@ use crate::{
         plan::{CameraOptions, MeshOptions, Orbit, Side, StartView},
     },
     error::clip,
-    format::mesh::{LoadedMesh, UpAxis},
+    format::mesh::{LoadedMesh, UpAxis, index_of, listed},
     scene::{Camera, FitView, Lens, NamedCamera, Projection, Scene, View},
 };
 use glam::DVec3;
@@ -217,23 +217,11 @@ fn towards(side: Side, axis: UpAxis) -> DVec3 {
 
 /// The index of the camera of that name or number (from 1 on).
 fn find(owner: &str, names: &[&str], wanted: &str) -> Result<usize, CliError> {
-    let by_number = || {
-        wanted
-            .parse::<usize>()
-            .ok()?
-            .checked_sub(1)
-            .filter(|&i| i < names.len())
-    };
-    names
-        .iter()
-        .position(|&name| name == wanted && !name.is_empty())
-        .or_else(by_number)
-        .ok_or_else(|| CliError::Usage(no_camera(owner, names, wanted)))
+    index_of(names, wanted).ok_or_else(|| CliError::Usage(no_camera(owner, names, wanted)))
 }
 
 /// The message for an unknown camera.
 fn no_camera(owner: &str, names: &[&str], wanted: &str) -> String {
-    const MOST_NAMES: usize = 8;
     let found = clip(wanted);
     if names.is_empty() {
         return format!("no camera `{found}`: {owner} defines none; use --view or --eye");
@@ -253,16 +241,5 @@ fn no_camera(owner: &str, names: &[&str], wanted: &str) -> String {
     if let Some((_, near)) = near {
         return format!("no camera `{found}` in {owner}, did you mean `{}`?", clip(near));
     }
-    let mut list: Vec<String> = (1..)
-        .zip(names)
-        .take(MOST_NAMES)
-        .map(|(number, &name)| match name {
-            "" => format!("{number} (unnamed)"),
-            name => format!("`{}`", clip(name)),
-        })
-        .collect();
-    if names.len() > MOST_NAMES {
-        list.push("...".into());
-    }
-    format!("no camera `{found}` in {owner}, expected {}", list.join(", "))
+    format!("no camera `{found}` in {owner}, expected {}", listed(names))
 }

@@ -1,7 +1,7 @@
 //! Loads a scene file, or a mesh and makes a scene of it.
 
 use super::{
-    environment, faults,
+    Poses, environment, faults,
     stage::{self, Built, Rig, Stage},
 };
 use crate::{
@@ -13,7 +13,7 @@ use crate::{
     error::{LoadError, SceneError, clip_path},
     format::{
         self, Limits, Loaded,
-        mesh::{LoadedMesh, Shown},
+        mesh::{LoadedMesh, MeshAnimation, Moment, Shown},
     },
     scene::{Camera, Image, NamedCamera, Scene, SceneBuilder, check_memory},
 };
@@ -32,8 +32,12 @@ pub struct Input {
     /// Whether a mesh is lit by its own lights instead.
     #[cfg(feature = "viewer")]
     pub has_own_lights: bool,
+    /// Whether a mesh has points or lines instead of faces.
+    pub is_cloud: bool,
     /// The lights of a mesh, if they turn with the camera of a turntable.
     pub rig: Option<Rig>,
+    /// The poses of a mesh that is played.
+    pub poses: Option<Poses>,
     /// Warnings.
     pub notes: Vec<String>,
 }
@@ -49,16 +53,41 @@ pub fn load_and_list(
 ) -> Result<Input, CliError> {
     let limits = limits.into();
     let memory = limits.memory;
-    let shown = Shown {
-        images: plan.mesh.style != Style::Clay,
-        moment: plan.mesh.moment.clone(),
-    };
-    match read(&plan.path, plan.kind, limits, files, shown)? {
+    let poses = plan.mesh.playback.as_ref();
+    let poses = poses
+        .map(|playback| Poses::of(plan, playback, memory))
+        .transpose()?;
+    match read(
+        &plan.path,
+        plan.kind,
+        limits,
+        files,
+        shown(plan, plan.mesh.moment.clone()),
+    )? {
         Loaded::Scene(scene) => show_scene(plan, *scene),
         Loaded::Mesh(mesh) => {
             files.extend(plan.mesh.environment.as_ref().map(|(path, _)| path.clone()));
-            show_mesh(plan, *mesh, memory)
+            let input = show_pose(plan, *mesh, memory, poses.as_ref())?;
+            Ok(Input { poses, ..input })
         }
+    }
+}
+
+/// Loads a frame of the animation that a mesh plays, as [`load_and_list`] its first one.
+///
+/// # Errors
+/// [`CliError`].
+pub fn load_frame(plan: &InputPlan, memory: u64, poses: &Poses, frame: u32) -> Result<Input, CliError> {
+    let moment = plan.mesh.playback.as_ref().map(|playback| playback.moment(frame));
+    let mesh = format::mesh::load_shown(&plan.path, &mut Vec::new(), memory, shown(plan, moment))?;
+    show_pose(plan, mesh, memory, Some(poses))
+}
+
+/// What is shown of a plan's mesh at a moment.
+fn shown(plan: &InputPlan, moment: Option<Moment>) -> Shown {
+    Shown {
+        images: plan.mesh.style != Style::Clay,
+        moment,
     }
 }
 
@@ -109,7 +138,9 @@ fn show_scene(plan: &InputPlan, scene: Scene) -> Result<Input, CliError> {
         lit_from: None,
         #[cfg(feature = "viewer")]
         has_own_lights: false,
+        is_cloud: false,
         rig: None,
+        poses: None,
         notes: scene.sources().notes.clone(),
         scene,
     })
@@ -119,7 +150,17 @@ fn show_scene(plan: &InputPlan, scene: Scene) -> Result<Input, CliError> {
 ///
 /// # Errors
 /// [`CliError`].
-pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Result<Input, CliError> {
+pub fn show_mesh(plan: &InputPlan, loaded: LoadedMesh, memory: u64) -> Result<Input, CliError> {
+    show_pose(plan, loaded, memory, None)
+}
+
+/// As [`show_mesh`], for one of several poses.
+fn show_pose(
+    plan: &InputPlan,
+    mut loaded: LoadedMesh,
+    memory: u64,
+    poses: Option<&Poses>,
+) -> Result<Input, CliError> {
     let mesh = &plan.mesh;
     let path = plan.name();
     refuse_nothing(path, &loaded)?;
@@ -128,8 +169,10 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
         smooth(&mut loaded, degrees, path, memory)?;
     }
     let up = mesh.up_axis.unwrap_or(loaded.up);
-    let camera = plan.camera.for_mesh(&loaded, up, plan.aspect, mesh)?;
-    let offset = loaded.offset;
+    let around = poses.map(|poses| poses.around(&mut loaded));
+    let framed = around.as_ref().unwrap_or(&loaded);
+    let camera = plan.camera.for_mesh(framed, up, plan.aspect, mesh)?;
+    let (offset, is_cloud) = (loaded.offset, loaded.cloud.is_some());
     let mut notes = std::mem::take(&mut loaded.notes);
     if mesh.up_axis.is_none() {
         notes.extend(loaded.up_note(path));
@@ -146,6 +189,7 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
         ground: mesh.ground,
         style: mesh.style,
         own_lights: mesh.lit_from.is_none(),
+        around: around.as_ref(),
     };
     let built = stage::build(loaded, &stage, environment, memory);
     let Built { scene, rig, bounds } = built.map_err(|message| LoadError::whole_file(path, message))?;
@@ -164,7 +208,9 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
         lit_from: Some(lit_from),
         #[cfg(feature = "viewer")]
         has_own_lights: rig.is_none(),
+        is_cloud,
         rig: rig.filter(|_| mesh.orbit.is_some() && mesh.lit_from.is_none()),
+        poses: None,
         notes,
     })
 }
@@ -200,19 +246,23 @@ fn smooth(loaded: &mut LoadedMesh, degrees: f64, path: &Path, memory: u64) -> Re
         .map_err(|error| failed(path, &error))
 }
 
-/// Loads a scene, or a mesh without studio light, with its lights, cameras and notes. It may take `memory` bytes. Adds every
-/// file that was opened to `files`.
+/// Loads a scene, or a mesh without studio light, with its lights, cameras and notes, and lists its animations. It may take
+/// `memory` bytes. Adds every file that was opened to `files`.
 ///
 /// # Errors
 /// [`CliError`].
-pub fn load_bare(path: &Path, memory: u64, files: &mut Vec<PathBuf>) -> Result<Scene, CliError> {
+pub fn load_bare(
+    path: &Path,
+    memory: u64,
+    files: &mut Vec<PathBuf>,
+) -> Result<(Scene, Vec<MeshAnimation>), CliError> {
     let kind = kind_of(path)?;
     let shown = Shown {
         images: true,
         ..Shown::default()
     };
     let mut loaded = match read(path, kind, memory.into(), files, shown)? {
-        Loaded::Scene(scene) => return Ok(*scene),
+        Loaded::Scene(scene) => return Ok((*scene, Vec::new())),
         Loaded::Mesh(mesh) => *mesh,
     };
     let path = name(path);
@@ -247,10 +297,11 @@ pub fn load_bare(path: &Path, memory: u64, files: &mut Vec<PathBuf>) -> Result<S
             clip_path(path)
         ));
     }
+    let animations = std::mem::take(&mut loaded.animations);
     loaded
         .add_to(&mut builder, None)
         .map_err(|error| failed(path, &error))?;
-    Ok(builder.finish())
+    Ok((builder.finish(), animations))
 }
 
 fn failed(path: &Path, error: &SceneError) -> CliError {

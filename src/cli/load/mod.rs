@@ -5,7 +5,9 @@ mod environment;
 pub mod faults;
 mod input;
 pub mod memory;
+mod playback;
 mod stage;
 
-pub use input::{Input, load_and_list, load_bare, show_mesh};
+pub use input::{Input, load_and_list, load_bare, load_frame, show_mesh};
+pub use playback::Poses;
 pub use stage::Rig;

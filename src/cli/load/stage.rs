@@ -13,7 +13,7 @@ use crate::{
 use glam::{DVec3, Vec3};
 
 /// The viewing direction of the mesh, and its surroundings.
-pub struct Stage {
+pub struct Stage<'a> {
     /// From the target to the viewer, of any length.
     pub towards_viewer: DVec3,
     /// A unit vector.
@@ -22,6 +22,8 @@ pub struct Stage {
     pub style: Style,
     /// Whether the mesh's own lights replace the style's.
     pub own_lights: bool,
+    /// What the surroundings stand around instead of the mesh, with the same offset.
+    pub around: Option<&'a LoadedMesh>,
 }
 
 /// Places the lights of a mesh by the direction of the viewer.
@@ -36,8 +38,9 @@ pub struct Rig {
 }
 
 impl Rig {
-    /// The rig of a mesh, and the mesh's bounds.
-    fn of(loaded: &LoadedMesh, stage: &Stage) -> (Self, Aabb) {
+    /// The rig of a mesh, and the bounds of what it stands around.
+    fn of(loaded: &LoadedMesh, stage: &Stage<'_>) -> (Self, Aabb) {
+        let loaded = stage.around.unwrap_or(loaded);
         let mut bounds = PlacedMesh::bounds(&loaded.placed());
         if let Some(cloud) = &loaded.cloud
             && !bounds.is_empty()
@@ -117,7 +120,7 @@ pub struct Built {
     pub scene: Scene,
     /// Lights the mesh for other viewers, unless the environment or its own lights do.
     pub rig: Option<Rig>,
-    /// Those of the mesh alone, relative to its offset.
+    /// Those of the mesh alone, or of what its surroundings stand around, relative to its offset.
     pub bounds: Aabb,
 }
 
@@ -127,7 +130,7 @@ pub struct Built {
 /// A sentence.
 pub fn build(
     loaded: LoadedMesh,
-    stage: &Stage,
+    stage: &Stage<'_>,
     environment: Option<EnvironmentPicture>,
     memory: u64,
 ) -> Result<Built, String> {
@@ -176,7 +179,7 @@ pub fn build(
 /// Adds the mesh and its surroundings to the lights. `is_lit`: by an environment, from all sides.
 fn furnished(
     mut loaded: LoadedMesh,
-    stage: &Stage,
+    stage: &Stage<'_>,
     (rig, bounds): (&Rig, &Aabb),
     mut builder: SceneBuilder,
     is_lit: bool,

@@ -1,6 +1,6 @@
 //! A scene or a mesh to load, with its camera.
 
-use super::Orbit;
+use super::{Orbit, Playback};
 use crate::{
     cli::CliError,
     error::clip_path,
@@ -123,6 +123,8 @@ pub struct MeshOptions {
     pub point_size: Option<f32>,
     /// The moment of an animation in which the mesh is shown.
     pub moment: Option<Moment>,
+    /// How an animation is played; frame 1 is the `moment`.
+    pub playback: Option<Playback>,
     /// The direction of the viewer for whom the mesh is lit; by default that of the eye.
     pub lit_from: Option<DVec3>,
     /// The picture of an environment, which lights the mesh instead, and its rotation in degrees.

@@ -20,7 +20,7 @@ pub use input::{
     name,
 };
 pub use job::{Engine, JobPlan};
-pub use keyframes::keyframes;
+pub use keyframes::{Keyframes, Playback, Playing, keyframes};
 pub use names::{Origin, PicturePath, aov as aov_path, expand, has_number, stem, unknown_placeholder};
 pub use poses::{PoseFile, PoseFiles, Poses, SavedPoses};
 pub use render::{

@@ -1,7 +1,7 @@
 //! What `octray render` does: for each scene one picture, or a series of frames.
 
 use super::{
-    Build, CameraOptions, InputPlan, JsonTarget, MeshOptions, Orbit, Poses, Turn, Turntable,
+    Build, CameraOptions, InputPlan, JsonTarget, Keyframes, MeshOptions, Orbit, Poses, Turn, Turntable,
     names::{self, Origin, PicturePath},
     places::Places,
 };
@@ -181,7 +181,7 @@ pub struct Pictures<'a> {
     /// That of poses counts them.
     pub turntable: Option<Turntable>,
     /// Without a turntable: the frames of each scene, if one of them moves.
-    pub keyframes: Vec<Turntable>,
+    pub keyframes: Vec<Keyframes>,
     pub poses: Option<&'a Poses>,
     pub skip_existing: bool,
     /// Columns of a sheet for all pictures.
@@ -250,18 +250,19 @@ impl Pictures<'_> {
         let mut named = Vec::new();
         for (i, scene) in scenes.iter().enumerate() {
             let series = self.series(i);
+            let mesh = self.playing(i, mesh);
             let frames = match &sheet {
                 Some(output) => self.frames_of_sheet(output, series)?,
                 None => self.frames(scene, series, &mut places)?,
             };
             if !frames.is_empty() {
-                named.push((scene, series, frames));
+                named.push((scene, mesh, series, frames));
             }
         }
         let aspect = f64::from(self.look.settings.width) / f64::from(self.look.settings.height);
         let (mut jobs, mut skipped) = (Vec::new(), Vec::new());
-        for (scene, series, frames) in named {
-            match InputPlan::new(scene, camera.clone(), mesh.clone(), aspect) {
+        for (scene, mesh, series, frames) in named {
+            match InputPlan::new(scene, camera.clone(), mesh, aspect) {
                 Ok(input) => jobs.push(Job {
                     input,
                     whole: series.map_or(1, |series| series.count),
@@ -290,7 +291,19 @@ impl Pictures<'_> {
 
     /// The frames of a scene, by its index.
     fn series(&self, scene: usize) -> Option<Turntable> {
-        self.turntable.or(self.keyframes.get(scene).copied())
+        let own = self.keyframes.get(scene).map(|keyframes| keyframes.frames);
+        self.turntable.or(own)
+    }
+
+    /// The options of a scene's mesh, by its index, with its animation if it is played.
+    fn playing(&self, scene: usize, mesh: &MeshOptions) -> MeshOptions {
+        let mut mesh = mesh.clone();
+        let own = self.keyframes.get(scene);
+        if let Some(playback) = own.and_then(|keyframes| keyframes.playback.as_ref()) {
+            mesh.moment = Some(playback.moment(1));
+            mesh.playback = Some(playback.clone());
+        }
+        mesh
     }
 
     /// The checked place of a sheet; `None` without one.

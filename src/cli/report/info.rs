@@ -1,7 +1,9 @@
 //! The output of `octray info`: the contents of a scene and of its BVH.
 
 use super::{
-    SCHEMA, faults_text, grouped,
+    SCHEMA,
+    cameras::{AnimationInfo, CameraInfo},
+    faults_text, grouped,
     lights::{LightInfo, lights},
     materials::{MaterialUse, materials_used},
     positions::Positions,
@@ -9,7 +11,8 @@ use super::{
 use crate::{
     accel::BvhStats,
     error::{clip, in_bytes},
-    scene::{Environment, Image, MeshFaults, NamedCamera, Projection, Scene},
+    format::mesh::MeshAnimation,
+    scene::{Environment, Image, MeshFaults, Scene},
 };
 use serde::Serialize;
 use std::{fmt::Write, time::Duration};
@@ -37,12 +40,16 @@ pub struct Info {
     keyframes: usize,
     moving_instances: usize,
     moving_cameras: usize,
+    /// Those of a glTF file.
+    animations: Vec<AnimationInfo>,
     lights: usize,
     light_list: Vec<LightInfo>,
     materials: Vec<MaterialUse>,
     ambient: f32,
     /// Scene units; null without ambient occlusion.
     ambient_reach: Option<f32>,
+    ambient_specular: bool,
+    smooth_shadows: bool,
     background: BackgroundInfo,
     cameras: Vec<CameraInfo>,
     /// Included scene files.
@@ -67,29 +74,6 @@ struct BackgroundInfo {
     is_environment: bool,
     /// Width and height of an environment map.
     picture: Option<[u32; 2]>,
-}
-
-#[derive(Debug, Serialize)]
-struct CameraInfo {
-    name: Option<String>,
-    /// Eye and target as in the text.
-    #[serde(skip)]
-    rounded: [[f64; 3]; 2],
-    eye: [f64; 3],
-    target: [f64; 3],
-    up: [f64; 3],
-    /// Vertical field of view of a perspective camera, degrees.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    fov: Option<f64>,
-    /// Height of an orthographic view.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    ortho: Option<f64>,
-    /// Diameter of the lens, if there is one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    aperture: Option<f64>,
-    /// Distance in focus, if it is not the target's.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    focus: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -143,11 +127,14 @@ impl Info {
             keyframes: scene.keyframe_count(),
             moving_instances: scene.moving_counts()[0],
             moving_cameras: scene.moving_counts()[1],
+            animations: Vec::new(),
             lights: scene.lights().len(),
             light_list: lights(scene),
             materials: materials_used(scene),
             ambient: scene.ambient(),
             ambient_reach: scene.ambient_reach(),
+            ambient_specular: scene.ambient_specular(),
+            smooth_shadows: scene.smooth_shadows(),
             background: BackgroundInfo::of(scene),
             cameras: scene
                 .cameras()
@@ -181,6 +168,14 @@ impl Info {
                 bytes: bvh.memory_bytes,
                 build_s: bvh.build_time.as_secs_f64(),
             },
+        }
+    }
+
+    /// With the animations of a mesh's file.
+    pub fn with_animations(self, animations: Vec<MeshAnimation>) -> Self {
+        Self {
+            animations: animations.into_iter().map(AnimationInfo::new).collect(),
+            ..self
         }
     }
 
@@ -232,8 +227,17 @@ impl Info {
                 None => self.ambient.to_string(),
             },
         );
+        for (name, is_on) in [
+            ("ambient_specular", self.ambient_specular),
+            ("smooth_shadows", self.smooth_shadows),
+        ] {
+            if is_on {
+                line(name, "on".into());
+            }
+        }
         line("background", self.background.text());
         some(&mut lines, "camera", &self.cameras, CameraInfo::text);
+        some(&mut lines, "animation", &self.animations, AnimationInfo::text);
         some(&mut lines, "includes", &self.includes, |path| clip(path));
         some(&mut lines, "note", &self.notes, |note| clip(note));
         let mut line = |name: &str, value: String| lines.push((name.to_owned(), value));
@@ -354,56 +358,6 @@ impl BackgroundInfo {
     }
 }
 
-impl CameraInfo {
-    fn new(camera: &NamedCamera, positions: Positions) -> Self {
-        let view = camera.camera.view();
-        let (fov, ortho) = match view.projection {
-            Projection::Perspective { fov_degrees } => (Some(fov_degrees), None),
-            Projection::Orthographic { height } => (None, Some(height)),
-        };
-        Self {
-            name: camera.name.clone(),
-            rounded: [view.eye, view.target].map(|point| positions.rounded(point)),
-            eye: view.eye.to_array(),
-            target: view.target.to_array(),
-            up: view.up.to_array(),
-            fov,
-            ortho,
-            aperture: Some(view.lens.aperture).filter(|diameter| *diameter > 0.0),
-            focus: view.lens.focus,
-        }
-    }
-
-    fn text(&self) -> String {
-        let name = self
-            .name
-            .as_ref()
-            .map_or_else(String::new, |name| format!("\"{}\" ", clip(name)));
-        let mut text = format!(
-            "{name}eye {} target {} up {}",
-            list(self.rounded[0]),
-            list(self.rounded[1]),
-            list(rounded(self.up)),
-        );
-        for (key, value) in [
-            ("fov", self.fov),
-            ("ortho", self.ortho),
-            ("aperture", self.aperture),
-            ("focus", self.focus),
-        ] {
-            if let Some(value) = value {
-                text += &format!(" {key} {}", value as f32);
-            }
-        }
-        text
-    }
-}
-
-/// Directions of meshes' cameras are made of `f32`: more digits would be noise.
-fn rounded(vector: [f64; 3]) -> [f32; 3] {
-    vector.map(|number| number as f32)
-}
-
 /// Three numbers as in a scene file.
 pub(super) fn list<T: std::fmt::Display>([a, b, c]: [T; 3]) -> String {
     format!("{a} {b} {c}")
@@ -462,8 +416,6 @@ mod tests {
 
     #[test]
     fn numbers_are_as_long_as_they_need_to_be() {
-        let widened = [0.1_f32, -2.7, 1e6].map(f64::from);
-        assert_eq!(list(rounded(widened)), "0.1 -2.7 1000000");
         assert_eq!(
             by_size([12, 0, 3000, 0, 0, 0, 0, 1], "primitives"),
             "12 x 1, 3 000 x 3, 1 x 8 primitives"

@@ -2,6 +2,7 @@
 
 mod aov;
 pub mod bench;
+mod cameras;
 pub mod info;
 mod lights;
 mod materials;

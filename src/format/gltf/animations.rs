@@ -4,13 +4,17 @@
 
 use super::{buffers::Buffers, elements::Elements, morphs::MorphTargets};
 use crate::{
-    error::{LoadError, clip, quote},
-    format::{left_out::counted, mesh::Moment},
+    error::LoadError,
+    format::{
+        left_out::counted,
+        mesh::{MeshAnimation, Moment},
+    },
 };
 use glam::{DMat4, DQuat, DVec3, DVec4};
 use gltf::{
     Document, Node,
     json::{
+        Accessor, Root,
         animation::{Animation, Interpolation, Property},
         validation::Checked,
     },
@@ -55,11 +59,12 @@ impl AnimatedPose {
     /// The pose at a moment.
     pub(super) fn at(
         moment: &Moment,
-        animations: &[Animation],
+        (animations, listed): (&[Animation], &[MeshAnimation]),
         (document, targets): (&Document, &MorphTargets<'_>),
         buffers: &mut Buffers<'_>,
     ) -> Result<Self, LoadError> {
-        let chosen = chosen(animations, moment.animation.as_deref()).map_err(|why| buffers.refused(why))?;
+        let chosen = MeshAnimation::find(listed, moment.animation.as_deref());
+        let chosen = chosen.map_err(|why| buffers.refused(why))?;
         let animation = &animations[chosen];
         let mut nodes: HashMap<usize, NodePose> = HashMap::new();
         let mut steps = 0;
@@ -147,38 +152,19 @@ impl AnimatedPose {
     }
 }
 
-/// The animation with this name or number; the first one without either. The error is a sentence.
-fn chosen(animations: &[Animation], wanted: Option<&str>) -> Result<usize, String> {
-    const MOST_NAMES: usize = 8;
-    if animations.is_empty() {
-        return Err("there is no animation in the file".to_owned());
-    }
-    let Some(wanted) = wanted else { return Ok(0) };
-    let by_number = || {
-        let number: usize = wanted.parse().ok()?;
-        number.checked_sub(1).filter(|&i| i < animations.len())
+/// The animations of a file, with their names and lengths. `max` of an accessor of times is required by the specification.
+pub(super) fn listed(root: &Root) -> Vec<MeshAnimation> {
+    let last = |accessor: &Accessor| accessor.max.as_ref()?.get(0)?.as_f64();
+    let seconds = |animation: &Animation| {
+        let inputs = animation.samplers.iter().map(|sampler| sampler.input.value());
+        let ends = inputs.filter_map(|input| last(root.accessors.get(input)?));
+        ends.reduce(f64::max).map(|end| end.max(0.0))
     };
-    let by_name = animations
-        .iter()
-        .position(|animation| animation.name.as_deref() == Some(wanted));
-    by_name.or_else(by_number).ok_or_else(|| {
-        let mut names: Vec<String> = (1..)
-            .zip(animations)
-            .take(MOST_NAMES)
-            .map(|(number, animation)| match animation.name.as_deref() {
-                None | Some("") => format!("{number} (unnamed)"),
-                Some(name) => format!("`{}`", clip(name)),
-            })
-            .collect();
-        if animations.len() > MOST_NAMES {
-            names.push("...".to_owned());
-        }
-        format!(
-            "there is no animation {}, expected {}",
-            quote(wanted.as_bytes()),
-            names.join(", ")
-        )
-    })
+    let listed = |animation: &Animation| MeshAnimation {
+        name: animation.name.clone().unwrap_or_default(),
+        seconds: seconds(animation),
+    };
+    root.animations.iter().map(listed).collect()
 }
 
 /// Refuses more weights than a file of this size may change.

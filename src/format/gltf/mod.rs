@@ -35,7 +35,7 @@ use super::{
     OpenMesh,
     budget::Budget,
     left_out::counted,
-    mesh::{LoadedMesh, Surface, add_texture_file},
+    mesh::{LoadedMesh, MeshAnimation, Surface, add_texture_file},
     textures,
 };
 use crate::error::LoadError;
@@ -75,35 +75,18 @@ pub(super) fn parse(
     open: OpenMesh<'_>,
     budget: &Budget,
 ) -> Result<LoadedMesh, LoadError> {
-    let refused = |message: String| LoadError::whole_file(path, message);
-    if bytes.is_empty() {
-        return Err(refused("the file is empty, expected a glTF mesh".into()));
-    }
-    if is_utf16(bytes) {
-        return Err(refused("this is UTF-16, expected JSON in UTF-8".into()));
-    }
-    let (json, blob) = if bytes.starts_with(b"glTF") {
-        split_binary(bytes).map_err(refused)?
-    } else {
-        let is_binary = path
-            .extension()
-            .is_some_and(|extension| extension.eq_ignore_ascii_case("glb"));
-        let first = bytes
-            .strip_prefix(BYTE_ORDER_MARK)
-            .unwrap_or(bytes)
-            .trim_ascii_start();
-        if is_binary && first.first() != Some(&b'{') {
-            return Err(refused("not a GLB file: its first bytes are not `glTF`".into()));
-        }
-        (bytes, None)
-    };
-    let json = json.strip_prefix(BYTE_ORDER_MARK).unwrap_or(json);
+    let (json, blob) = split(bytes, path)?;
     let parsed = estimate::parsed_size(json);
     budget.take(parsed).map_err(|error| error.into_error(path))?;
     let mut root = root(json, path)?;
     let is_cloud = extras::is_cloud(&root);
     let moment = budget.moment();
     let mut left_out = extras::left_out(&root, is_cloud, moment.is_some());
+    let listed = animations::listed(&root);
+    let names = listed
+        .iter()
+        .map(|animation| size_of_val(animation) + animation.name.len());
+    budget.take(names.sum()).map_err(|error| error.into_error(path))?;
     let animations = std::mem::take(&mut root.animations);
     let texture_files = texture_files(&root, path);
     let sources = images::sources(&mut root);
@@ -119,9 +102,12 @@ pub(super) fn parse(
     let materials = materials::materials(&document, &webp, &transforms);
     let mut buffers = Buffers::new(path, bytes.len(), blob, open, &compression, budget);
     let pose = match moment {
-        Some(moment) => {
-            animations::AnimatedPose::at(moment, &animations, (&document, &targets), &mut buffers)?
-        }
+        Some(moment) => animations::AnimatedPose::at(
+            moment,
+            (&animations, &listed),
+            (&document, &targets),
+            &mut buffers,
+        )?,
         None => animations::AnimatedPose::default(),
     };
     let mut reading = nodes::Reading::new(lights, is_cloud);
@@ -148,6 +134,7 @@ pub(super) fn parse(
     mesh.notes.extend(left_out.note(path));
     mesh.leave_out_unusable(unusable, path, budget)?;
     mesh.texture_files = texture_files;
+    mesh.animations = listed;
     let used = used_surfaces(&mesh);
     let surfaces = (&mut mesh.surfaces[..], &used[..], &highlights[..]);
     mesh.images = images::read(&sources, &document, &mut buffers, surfaces, &mut mesh.notes);
@@ -155,6 +142,49 @@ pub(super) fn parse(
         mesh.arrays_mut().for_each(|columns| columns.uvs = Vec::new());
     }
     Ok(mesh)
+}
+
+/// Lists the animations of a file, without reading anything else.
+///
+/// # Errors
+/// [`LoadError`], as for [`parse`].
+#[cfg(feature = "cli")]
+pub(super) fn animations(
+    bytes: &[u8],
+    path: &Path,
+    budget: &Budget,
+) -> Result<Vec<MeshAnimation>, LoadError> {
+    let (json, _) = split(bytes, path)?;
+    let parsed = estimate::parsed_size(json);
+    budget.take(parsed).map_err(|error| error.into_error(path))?;
+    Ok(animations::listed(&root(json, path)?))
+}
+
+/// The JSON of a file, and the buffer of a binary one.
+fn split<'a>(bytes: &'a [u8], path: &Path) -> Result<(&'a [u8], Option<&'a [u8]>), LoadError> {
+    let refused = |message: String| LoadError::whole_file(path, message);
+    if bytes.is_empty() {
+        return Err(refused("the file is empty, expected a glTF mesh".into()));
+    }
+    if is_utf16(bytes) {
+        return Err(refused("this is UTF-16, expected JSON in UTF-8".into()));
+    }
+    let (json, blob) = if bytes.starts_with(b"glTF") {
+        split_binary(bytes).map_err(refused)?
+    } else {
+        let is_binary = path
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("glb"));
+        let first = bytes
+            .strip_prefix(BYTE_ORDER_MARK)
+            .unwrap_or(bytes)
+            .trim_ascii_start();
+        if is_binary && first.first() != Some(&b'{') {
+            return Err(refused("not a GLB file: its first bytes are not `glTF`".into()));
+        }
+        (bytes, None)
+    };
+    Ok((json.strip_prefix(BYTE_ORDER_MARK).unwrap_or(json), blob))
 }
 
 /// The files of a file's images.
@@ -226,7 +256,7 @@ fn root(text: &[u8], path: &Path) -> Result<json::Root, LoadError> {
     let root = root.or_else(|error| without_optional(text, &error).ok_or(error));
     let root = root.map_err(|error| {
         // Version 1 has other types nearly everywhere: the first mismatch says little.
-        if let Some(version) = version(text).filter(|version| version.starts_with('1')) {
+        if let Some(version) = version(text).filter(|version| version.starts_with(['0', '1'])) {
             return other_version(&version);
         }
         let place = [error.line(), error.column()];
@@ -346,7 +376,16 @@ fn version(text: &[u8]) -> Option<String> {
     let number =
         || from_slice(text).map(|Versioned::<Version<f64>> { asset }| format!("{:.1}", asset.version));
     let profile = || from_slice(text).map(|Versioned::<Profiled> { asset }| asset.profile.version);
-    word.or_else(|_| number()).or_else(|_| profile()).ok()
+    // The version was optional, too; what are arrays now were objects.
+    let named = || from_slice(text).map(|Named { nodes: _ }| "1.0".to_owned());
+    let stated = word.or_else(|_| number()).or_else(|_| profile());
+    stated.or_else(|_| named()).ok()
+}
+
+#[derive(serde::Deserialize)]
+struct Named {
+    #[allow(dead_code, clippy::zero_sized_map_values, reason = "only its type matters")]
+    nodes: std::collections::HashMap<String, serde::de::IgnoredAny>,
 }
 
 #[derive(serde::Deserialize)]

@@ -4,8 +4,6 @@
 use super::super::gltf;
 #[cfg(feature = "threemf")]
 use super::super::threemf;
-#[cfg(feature = "cli")]
-use super::Shown;
 #[cfg(any(feature = "gltf", feature = "threemf"))]
 use super::used;
 use super::{
@@ -21,6 +19,8 @@ use super::{
     },
     LoadedMesh, MeshFormat, Moment, Sharing, far,
 };
+#[cfg(feature = "cli")]
+use super::{MeshAnimation, Shown};
 use crate::error::LoadError;
 use std::path::{Path, PathBuf};
 
@@ -76,6 +76,24 @@ pub(crate) fn load_shown(
         .with_moment(shown.moment);
     budget.set_wants_images(shown.images);
     load_budgeted(path, asked, &budget)
+}
+
+/// Lists the animations of a mesh file, without reading anything else.
+///
+/// # Errors
+/// [`LoadError`], as for [`load`].
+#[cfg(feature = "cli")]
+pub(crate) fn animations(path: &Path, memory: u64) -> Result<Vec<MeshAnimation>, LoadError> {
+    let budget = Budget::new(memory);
+    let failed = |error| files::load_error(path, &error);
+    let opened = Opened::File(files::open(path, &budget).map_err(failed)?);
+    let mut head = Vec::new();
+    let head = opened.head(TEXT_HEAD, &mut head);
+    if MeshFormat::of(path, head) != Some(MeshFormat::Gltf) {
+        return Ok(Vec::new());
+    }
+    let bytes = opened.into_bytes(&budget).map_err(failed)?;
+    gltf::animations(&bytes, path, &budget)
 }
 
 fn load_budgeted(path: &Path, asked: &mut Vec<PathBuf>, budget: &Budget) -> Result<LoadedMesh, LoadError> {

@@ -3,6 +3,7 @@
 //! [`load`] reads a file; [`parse`] reads bytes and calls back for the files that the mesh names. [`MeshFormat::of`] detects
 //! the format by the first bytes if they are unmistakable, else by the file's extension.
 
+mod animation;
 mod cloud;
 mod far;
 mod lights;
@@ -14,6 +15,9 @@ mod tubes;
 mod up;
 mod used;
 
+pub use animation::{MeshAnimation, Moment};
+#[cfg(feature = "cli")]
+pub(crate) use animation::{index_of, listed};
 pub use cloud::Cloud;
 #[cfg(feature = "cli")]
 pub(crate) use far::Coarse;
@@ -21,7 +25,7 @@ pub(super) use far::read as read_far;
 #[cfg(feature = "cli")]
 pub(crate) use lights::{exposed, sphere_around};
 #[cfg(feature = "cli")]
-pub(crate) use load::load_shown;
+pub(crate) use load::{animations, load_shown};
 pub use load::{load, load_posed, load_shared, load_within, parse, parse_posed, parse_shared, parse_within};
 pub(super) use load::{parse_as, read};
 pub(super) use scene::add_columns;
@@ -64,6 +68,8 @@ pub struct LoadedMesh {
     /// The file's lights, in its own coordinates less `offset`. Their intensities are relative to each other; those that have a
     /// position fall off.
     pub lights: Vec<Light>,
+    /// The file's animations; only glTF has some.
+    pub animations: Vec<MeshAnimation>,
     /// The axis that points up.
     pub up: UpAxis,
     /// Whether the file says so, or octray assumes it.
@@ -72,15 +78,6 @@ pub struct LoadedMesh {
     pub notes: Vec<String>,
     /// The files of textures that the mesh names, read or not.
     pub texture_files: Vec<PathBuf>,
-}
-
-/// A time of an animation.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Moment {
-    /// The animation's name, or its number, from 1 on; the first one if `None`.
-    pub animation: Option<String>,
-    /// The time, in seconds. Before its first keyframe and after its last one nothing moves.
-    pub seconds: f64,
 }
 
 /// What a command shows of a mesh.

@@ -1,14 +1,14 @@
-//! Frames of an animated scene.
+//! Frames of an animated scene or mesh.
 
 use super::Call;
 use crate::{
-    accel::Bvh,
+    accel::{BuildQuality, Bvh},
     cli::{
         CliError,
-        load::Rig,
+        load::{self, Input, Poses, Rig, memory},
         plan::{Job, Turn},
     },
-    scene::{Camera, Scene, View},
+    scene::{Camera, Scene, SceneBuilder, View},
 };
 use std::time::{Duration, Instant};
 
@@ -19,12 +19,16 @@ pub struct SceneAtTime {
     pub camera: Camera,
     /// Lights that turn with the camera.
     pub rig: Option<Rig>,
+    /// The poses of a mesh that is played: each frame is loaded anew.
+    pub poses: Option<Poses>,
+    /// How the BVH of each frame is built.
+    pub quality: BuildQuality,
 }
 
 impl SceneAtTime {
     /// How many of `frames` one renderer can render. It borrows the scene, so if frames change the scene each needs its own.
     pub fn frames_together(&self, frames: usize) -> usize {
-        if self.rig.is_some() || self.scene.moves() {
+        if self.rig.is_some() || self.poses.is_some() || self.scene.moves() {
             1
         } else {
             frames.max(1)
@@ -33,10 +37,23 @@ impl SceneAtTime {
 
     /// Moves scene, BVH and camera to a frame. Returns the time that took.
     pub fn move_to(&mut self, turn: Option<Turn>, job: &Job) -> Result<Duration, CliError> {
-        let Some(turn) = turn.filter(|_| self.scene.moves()) else {
+        let Some(turn) = turn.filter(|_| self.poses.is_some() || self.scene.moves()) else {
             return Ok(Duration::ZERO);
         };
         let start = Instant::now();
+        if let Some(poses) = &self.poses {
+            // The old pose is freed before the new one takes memory. The first one is loaded already.
+            if turn.number != 1 {
+                self.scene = SceneBuilder::new().finish();
+                self.bvh = Bvh::build(&self.scene);
+                let Input { scene, camera, .. } =
+                    load::load_frame(&job.input, job.scene_memory, poses, turn.number)?;
+                memory::check_build(&scene, self.quality)?;
+                self.bvh = Bvh::build_with(&scene, self.quality);
+                (self.scene, self.camera) = (scene, camera);
+            }
+            return Ok(start.elapsed());
+        }
         let moved = self.scene.set_time(turn.number.into());
         moved.map_err(|error| CliError::Failed(error.to_string()))?;
         self.bvh.follow(&self.scene);
@@ -58,7 +75,8 @@ impl SceneAtTime {
 impl Call<'_> {
     /// Rejects frames that a scene from standard input does not have, which is known only after loading.
     pub fn check_frames(&self, job: &Job, scene: &Scene) -> Result<(), CliError> {
-        let is_own = self.plan.orbit.is_none() && self.plan.poses.is_none();
+        let is_played = job.input.mesh.playback.is_some();
+        let is_own = self.plan.orbit.is_none() && self.plan.poses.is_none() && !is_played;
         let last = job.frames.last().and_then(|frame| frame.turn).filter(|_| is_own);
         let count = scene.frame_count();
         match last {

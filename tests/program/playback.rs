@@ -1,0 +1,124 @@
+//! Animations of glTF files, played.
+
+use crate::{crops::SWING, program::Folder};
+use image::RgbImage;
+
+/// The swing says that it takes two seconds.
+fn folder() -> Folder {
+    let folder = Folder::new();
+    let timed = SWING.replace(
+        r#""count":2,"type":"SCALAR""#,
+        r#""count":2,"type":"SCALAR","max":[2]"#,
+    );
+    folder.write("swing.gltf", &timed);
+    folder.write("endless.gltf", SWING);
+    folder
+}
+
+fn picture(folder: &Folder, name: &str) -> RgbImage {
+    let picture = image::open(folder.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
+    picture.into_rgb8()
+}
+
+#[test]
+fn frames_are_poses() {
+    let folder = folder();
+    let still = [
+        "swing.gltf",
+        "-s=40",
+        "--animation=swing",
+        "--eye=3,1,4",
+        "--target=0,0,0",
+        "--aov=depth",
+    ];
+    let played = [&still[..], &["--fps=2", "-o=f#.png"]].concat();
+    folder.run(&played).succeeded();
+    for (frame, seconds) in ["0", "0.5", "1", "1.5"].iter().enumerate() {
+        let time = format!("--animation-time={seconds}");
+        folder
+            .run(&[&still[..], &[&time, "-o=still.png"]].concat())
+            .succeeded();
+        // Light differs: it stands around all poses.
+        let expected = picture(&folder, "still.depth.png");
+        let found = picture(&folder, &format!("f{}.depth.png", frame + 1));
+        assert!(found == expected, "{seconds} s");
+    }
+    assert!(!folder.path("f5.png").exists());
+}
+
+#[test]
+fn the_camera_sees_all_poses_and_stands_still() {
+    let folder = folder();
+    let arguments = ["swing.gltf", "-s=48", "--fps=4", "--aov=mask", "-o=f#.png"];
+    folder
+        .run(&[&arguments[..], &["--save-poses=all.json"]].concat())
+        .succeeded();
+    let json = std::fs::read_to_string(folder.path("all.json")).expect("poses");
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let frames = json["frames"].as_array().expect("frames");
+    assert_eq!(frames.len(), 8);
+    let mut touched = [false; 4];
+    for (i, frame) in frames.iter().enumerate() {
+        assert_eq!(frame["transform_matrix"], frames[0]["transform_matrix"], "{i}");
+        let mask = picture(&folder, &format!("f{}.mask.png", i + 1));
+        for (x, y, pixel) in mask.enumerate_pixels().filter(|(.., pixel)| pixel.0[0] > 0) {
+            let gaps = [x, y, 47 - x, 47 - y];
+            assert!(gaps.iter().all(|gap| *gap > 0), "{i} {x} {y} {pixel:?}");
+            touched = std::array::from_fn(|side| touched[side] || gaps[side] < 4);
+        }
+    }
+    // The margin is 3 % on each side, and the view as narrow as that allows in one direction.
+    assert!(
+        touched[0] && touched[2] || touched[1] && touched[3],
+        "{touched:?}"
+    );
+    // A part has the frames of the whole.
+    let whole = picture(&folder, "f6.png");
+    folder
+        .run(&[&arguments[..], &["--frames=6"]].concat())
+        .succeeded();
+    assert!(picture(&folder, "f6.png") == whole);
+}
+
+#[test]
+fn animations_are_played_into_one_file() {
+    let folder = folder();
+    // The first animation, without its name.
+    folder
+        .run(&["swing.gltf", "-s=16", "--fps=5", "-o=f.y4m", "--style=plain"])
+        .succeeded();
+    let bytes = std::fs::read(folder.path("f.y4m")).expect("an animation");
+    let header = b"YUV4MPEG2 W16 H16 F5:1 Ip A1:1 C444 Xoctray\n";
+    assert!(bytes.starts_with(header));
+    assert_eq!(bytes.len(), header.len() + 10 * ("FRAME\n".len() + 3 * 16 * 16));
+    folder
+        .run(&["endless.gltf", "-s=16", "--frames=1-3", "-o=f.gif"])
+        .succeeded();
+    let info = folder.run(&["info", "swing.gltf"]);
+    let info = String::from_utf8(info.succeeded().stdout.clone()).expect("text");
+    assert!(info.contains("animation          \"swing\" 2 s\n"), "{info}");
+    for (arguments, expected) in [
+        (
+            "endless.gltf -o a.gif",
+            "endless.gltf: the file does not say how long its animation is",
+        ),
+        (
+            "swing.gltf --animation-time 1 -o a.gif",
+            "an animation of one frame",
+        ),
+        ("swing.gltf --frames 50-51 -o a#.png", "the last frame is 50"),
+        (
+            "swing.gltf --fps 100 --sheet 3 --animation 2",
+            "there is no animation `2`, expected `swing`",
+        ),
+        (
+            "swing.gltf --animation-time 1 --frames 1-3 -o a#.png",
+            "a glTF animation",
+        ),
+    ] {
+        let arguments: Vec<&str> = arguments.split(' ').collect();
+        let run = folder.run(&arguments);
+        assert!(run.stderr.contains(expected), "{arguments:?}: {}", run.stderr);
+        assert!(matches!(run.code, Some(1 | 2)), "{arguments:?}");
+    }
+}
