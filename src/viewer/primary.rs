@@ -13,7 +13,8 @@ use crate::{
         brute,
         bvh::OverScene,
         cost::{self, Stack},
-        shade::{Intersect, PixelSample, SecondaryRays, radiance, shading_normal},
+        medium_at,
+        shade::{Intersect, Limits, PixelSample, SecondaryRays, radiance_at, shading_normal},
     },
     render::{
         ByteFilm, CameraRays, FrameStats, Mode, OnProgress, Progress, RayCounts, RenderError, Settings,
@@ -35,6 +36,7 @@ struct Frame<'a> {
     style: &'a Style,
     settings: &'a Settings,
     rays: CameraRays,
+    limits: Limits,
     stop: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -74,12 +76,29 @@ pub fn render(
         }
         cancelled.load(Ordering::Relaxed)
     };
+    let stop = &|| report(0);
+    let eye = (camera.view().eye - model.scene.offset()).as_vec3();
+    let every = &mut EveryPrimitive {
+        scene: &model.scene,
+        stop,
+    };
     let frame = Frame {
         model,
         style,
         settings,
         rays: CameraRays::new(&model.scene, camera, settings),
-        stop: &|| report(0),
+        limits: Limits {
+            max_depth: settings.max_depth,
+            shadows: settings.shadows,
+            transparent: false,
+            medium: medium_at(
+                settings.level,
+                &model.scene,
+                &mut |ray| every.closest_hit(ray),
+                eye,
+            ),
+        },
+        stop,
     };
     if !style.brute && style.look != Look::Cost && settings.mode == Mode::Scalar {
         model.bvh.binary(&model.scene);
@@ -168,14 +187,14 @@ impl<'a> Scratch<'a> {
                 stop: frame.stop,
             };
             let ray = frame.ray(i, y, sample);
-            let (depth, shadows) = (settings.max_depth, settings.shadows);
             let sample = PixelSample {
                 pixel: frame.pixel(i, y),
                 number: frame.rays.index(sample),
                 count: settings.samples,
                 cone: frame.rays.cone(),
             };
-            let color = radiance(scene, &mut intersect, ray, sample, depth, shadows, rays);
+            let from = (ray, sample);
+            let (color, _) = radiance_at(settings.level, scene, &mut intersect, from, frame.limits, rays);
             add(sum, color);
         }
         ControlFlow::Continue(())

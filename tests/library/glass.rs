@@ -1,5 +1,6 @@
 //! Glass against closed forms: shares, directions and absorption of light.
 
+use crate::blending::see_through;
 use glam::{DVec3, Vec3};
 use octray::{
     accel::Bvh,
@@ -308,4 +309,87 @@ fn bodies_in_tinted_glass_are_tinted() {
     for (found, tint) in found.into_iter().zip([0.5_f64, 0.7, 1.0]) {
         assert_near(found, 0.96 * tint.powf(1.5), 1e-4);
     }
+}
+
+/// A camera in tinted glass sees everything through it: bodies, mirrors and what is behind half-transparent sheets. A camera in
+/// air beside it, or in a bubble of air, sees what is in the air as it is.
+#[test]
+fn a_camera_in_tinted_glass_sees_all_of_it_tinted() {
+    const TINT: [f32; 3] = [0.5, 0.7, 1.0];
+    let made = |with: &dyn Fn(&mut SceneBuilder, MaterialId)| {
+        let material = Material::Glass {
+            index: 1.5,
+            tint: TINT,
+            depth: 1.0,
+        };
+        let (mut builder, id) = under(Background::constant([0.0; 3]), material);
+        let white = Material::Silhouette { color: [1.0; 3] };
+        let white = builder.add_material(white).unwrap();
+        builder.add_sphere(Vec3::X * -3.0, 0.5, white).unwrap();
+        with(&mut builder, id);
+        builder.finish()
+    };
+    let seen = |scene: &Scene, target: DVec3, passed: f64, distance: f64| {
+        let found = color(scene, DVec3::ZERO, target, 30);
+        for (found, tint) in found.into_iter().zip(TINT) {
+            assert_near(found, passed * f64::from(tint).powf(distance), 1e-4);
+        }
+    };
+    let [left, right] = [DVec3::NEG_X, DVec3::X];
+    let ball = |builder: &mut SceneBuilder, id| {
+        builder.add_sphere(Vec3::ZERO, 9.0, id).unwrap();
+    };
+    seen(&made(&ball), left, 1.0, 2.5);
+    // Water up to a plane, above which there is air.
+    seen(
+        &made(&|builder, id| surface(builder, 4.0, true, id)),
+        left,
+        1.0,
+        2.5,
+    );
+    seen(
+        &made(&|builder, id| surface(builder, -4.0, true, id)),
+        left,
+        1.0,
+        0.0,
+    );
+    let beside = made(&|builder, id| {
+        builder.add_sphere(Vec3::X * 30.0, 9.0, id).unwrap();
+    });
+    seen(&beside, left, 1.0, 0.0);
+    let mirror = made(&|builder, id| {
+        ball(builder, id);
+        let mirror = Material::Reflection {
+            color: [0.0; 3],
+            mirror_share: 0.8,
+        };
+        let mirror = builder.add_material(mirror).unwrap();
+        let corners = [[1.0, -9.0, -9.0], [1.0, 9.0, -9.0], [1.0, 0.0, 20.0]];
+        builder.add_triangle(corners.map(Vec3::from), mirror).unwrap();
+    });
+    seen(&mirror, right, 0.8, 1.0 + 1.0 + 2.5);
+    let sheet = made(&|builder, id| {
+        ball(builder, id);
+        let black = Material::Silhouette { color: [0.0; 3] };
+        let sheet = see_through(builder, black, 0.25);
+        let corners = [[-1.0, -9.0, -9.0], [-1.0, 9.0, -9.0], [-1.0, 0.0, 20.0]];
+        builder.add_triangle(corners.map(Vec3::from), sheet).unwrap();
+    });
+    seen(&sheet, left, 0.75, 2.5);
+}
+
+/// A weak tint in a large body is that of the same scene in other units.
+#[test]
+fn weak_tints_count_in_large_bodies() {
+    let (mut builder, id) = under(
+        Background::constant([1.0; 3]),
+        Material::Glass {
+            index: 1.0,
+            tint: [0.99; 3],
+            depth: 4e5,
+        },
+    );
+    builder.add_sphere(Vec3::ZERO, 2e7, id).unwrap();
+    let found = color(&builder.finish(), DVec3::Z * 6e7, DVec3::ZERO, 5);
+    assert_near(found[0], 0.99_f64.powi(100), 1e-3);
 }

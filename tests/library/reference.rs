@@ -166,6 +166,7 @@ fn colors(random: &mut Random, count: usize) -> Vec<[f32; 3]> {
 fn every_level_computes_the_same_colours() {
     let limits = Limits {
         transparent: false,
+        medium: None,
         max_depth: 5,
         shadows: true,
     };

@@ -64,7 +64,7 @@ pub(super) fn radiance<S: Simd>(
         depth: 0,
         factor: [1.0; 3],
         weight: [1.0; 3],
-        medium: None,
+        medium: limits.medium,
         travelled: 0.0,
         layers: 0,
         is_straight: true,
@@ -95,7 +95,15 @@ pub(super) fn radiance<S: Simd>(
             *sum = simd.mul_add(share, alpha, *sum);
         }
     }
-    let Branch { color, alpha, .. } = branches[0];
+    let Branch {
+        mut color,
+        factor,
+        alpha,
+        ..
+    } = branches[0];
+    if limits.medium.is_some() {
+        color = std::array::from_fn(|c| color[c] * factor[c]);
+    }
     (color, if limits.transparent { alpha } else { 1.0 })
 }
 
@@ -134,7 +142,9 @@ fn shade<S: Simd>(
         let passed = scene.materials()[medium.0 as usize].transmittance(hit.t);
         for (c, passed) in passed.into_iter().enumerate() {
             own.factor[c] *= passed;
-            own.weight[c] *= passed;
+            if own.depth > 0 {
+                own.weight[c] *= passed;
+            }
         }
     }
     let mut parent = *own;
@@ -241,12 +251,7 @@ fn split<S: Simd>(
     branches: &mut Vec<Branch>,
 ) {
     let glass = &scene.materials()[id.0 as usize];
-    let inside = (glass.transmittance(1.0) != [1.0; 3]).then_some(id);
-    let mut passed = [1.0; 3];
-    if parent.depth == 0 && s.from_behind {
-        let path = s.point - parent.ray.origin;
-        passed = glass.transmittance(simd.dot(path, path).sqrt());
-    }
+    let inside = glass.tints().then_some(id);
     let (reflected, refracted, share) = directions(simd, index, s);
     let offset = s.magnitude * SURFACE_OFFSET;
     let both = [
@@ -254,8 +259,8 @@ fn split<S: Simd>(
         (refracted, 1.0 - share, -offset, true),
     ];
     for (direction, share, offset, crosses) in both {
-        let factor = passed.map(|passed| share * passed);
-        let weight = std::array::from_fn(|c| factor[c] * parent.weight[c]);
+        let factor = [share; 3];
+        let weight = parent.weight.map(|weight| share * weight);
         if max(max(weight[0], weight[1]), weight[2]) < MIN_WEIGHT {
             let background = scene.background_color(simd, direction);
             let color = std::array::from_fn(|c| background[c] * factor[c]);

@@ -11,6 +11,7 @@ mod glass;
 mod instances;
 #[doc(hidden)]
 pub mod light;
+mod medium;
 mod planes;
 mod primitive;
 pub mod shade;
@@ -19,6 +20,8 @@ mod through;
 
 use crate::{ray::Hit, scene::Scene};
 pub(crate) use draw::disc;
+#[doc(hidden)]
+pub use medium::medium_at;
 use primitive::{RaySlabs, intersect_shape};
 
 /// Where rays pass surfaces.

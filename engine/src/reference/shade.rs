@@ -9,7 +9,10 @@ use super::{
 use crate::{
     math::{max, min, powi},
     ray::{Hit, Ray, SceneHit, T_MAX},
-    scene::{AMBIENT_SPECULAR, LightShape, MOST_POLISH, Material, Primitive, RayCone, Scene, TexturePoint},
+    scene::{
+        AMBIENT_SPECULAR, LightShape, MOST_POLISH, Material, MaterialId, Primitive, RayCone, Scene,
+        TexturePoint,
+    },
     simd::{Level, Simd, at_level},
     sobol,
 };
@@ -86,6 +89,7 @@ pub fn radiance(
         max_depth,
         shadows,
         transparent: false,
+        medium: None,
     };
     let from = (camera_ray, sample);
     radiance_at(Level::current(), scene, intersect, from, limits, rays).0
@@ -99,6 +103,8 @@ pub struct Limits {
     pub shadows: bool,
     /// Whether straight paths from the camera that hit nothing are transparent.
     pub transparent: bool,
+    /// The tinted glass that camera rays start in.
+    pub medium: Option<MaterialId>,
 }
 
 /// [`radiance`] at a level. Also returns the opacity of what the ray hits.

@@ -84,6 +84,7 @@ impl Renderer<'_> {
             ..*settings
         };
         let context = FrameContext {
+            medium: None,
             scene,
             bvh,
             camera_rays: CameraRays::new(scene, &camera.without_lens(), &settings),

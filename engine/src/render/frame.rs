@@ -5,7 +5,7 @@ use super::{
 };
 use crate::{
     accel::Bvh,
-    scene::{Camera, Scene},
+    scene::{Camera, MaterialId, Scene},
 };
 
 /// A tile's rectangle in the film, pixels.
@@ -45,6 +45,8 @@ pub(super) struct FrameContext<'a> {
     pub scene: &'a Scene,
     pub bvh: &'a Bvh,
     pub camera_rays: CameraRays,
+    /// The tinted glass that the camera's eye is in.
+    pub medium: Option<MaterialId>,
     /// The film's rectangle in the picture.
     pub window: Crop,
     pub settings: Settings,

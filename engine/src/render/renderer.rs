@@ -10,7 +10,9 @@ use super::{
 };
 use crate::{
     accel::Bvh,
-    scene::{Camera, Scene},
+    ray::Ray,
+    reference::medium_at,
+    scene::{Camera, MaterialId, Scene},
 };
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use std::{
@@ -137,6 +139,23 @@ impl<'a> Renderer<'a> {
         }
     }
 
+    /// Returns the tinted glass that the eye of a camera is in.
+    fn medium_of(&self, camera: &Camera, settings: &Settings) -> Option<MaterialId> {
+        if !self.scene.has_glass() {
+            return None;
+        }
+        let eye = (camera.view().eye - self.scene.offset()).as_vec3();
+        let mut scratch = self.scratch().borrow_mut();
+        let mut closest_hit = |ray: &Ray| scratch.closest_hit(settings.level, ray);
+        medium_at(settings.level, self.scene, &mut closest_hit, eye)
+    }
+
+    /// The scratch memory of this thread.
+    fn scratch(&self) -> &RefCell<TileScratch<'a>> {
+        self.scratch
+            .get_or(|| RefCell::new(TileScratch::new(self.scene, self.bvh, TILE)))
+    }
+
     fn bands<P: Pixel>(
         &self,
         camera: &Camera,
@@ -149,6 +168,7 @@ impl<'a> Renderer<'a> {
             scene: self.scene,
             bvh: self.bvh,
             camera_rays: CameraRays::new(self.scene, camera, settings),
+            medium: self.medium_of(camera, settings),
             window,
             settings: *settings,
         };
@@ -185,12 +205,7 @@ impl<'a> Renderer<'a> {
                 height: TILE[1].min(height - y),
             };
             let tile_counts = match context.settings.mode {
-                Mode::Packet => {
-                    let scratch = self
-                        .scratch
-                        .get_or(|| RefCell::new(TileScratch::new(self.scene, self.bvh, TILE)));
-                    scratch.borrow_mut().render(context, rect, band)
-                }
+                Mode::Packet => self.scratch().borrow_mut().render(context, rect, band),
                 Mode::Scalar => (scalar::render_tile(context, rect, band), TileTimes::default()),
             };
             counts = (counts.0 + tile_counts.0, counts.1 + tile_counts.1);

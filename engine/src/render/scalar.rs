@@ -102,12 +102,14 @@ impl ScalarTile<'_> {
             scene,
             camera_rays,
             settings,
+            medium,
             ..
         } = self.context;
         let limits = Limits {
             max_depth: settings.max_depth,
             shadows: settings.shadows,
             transparent: self.transparent,
+            medium,
         };
         for sample in camera_rays
             .samples()

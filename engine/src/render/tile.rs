@@ -11,10 +11,10 @@ use super::{
 use crate::{
     accel::Bvh,
     lanes::{F32x8, LANES, Vec3x8},
-    ray::{RayPacket, T_MAX},
+    ray::{HitPacket, Origins, Ray, RayPacket, SceneHit, T_MAX},
     scene::{Scene, for_each_packet},
     shade::{ShadeSettings, Shader, TileColors, material::background, queue::RayQueue},
-    simd::{EightLanes, Lanes, Portable, Simd, at_level},
+    simd::{EightLanes, Lanes, Level, Portable, Simd, at_level},
     trace::Tracer,
 };
 use std::time::Instant;
@@ -66,6 +66,21 @@ impl<'a> TileScratch<'a> {
             colors.alpha.reserve(packets);
         }
         scratch
+    }
+
+    /// Traces a single ray.
+    pub fn closest_hit(&mut self, level: Level, ray: &Ray) -> SceneHit {
+        let lane =
+            |of: f32, other: f32| F32x8::new(std::array::from_fn(|lane| if lane == 0 { of } else { other }));
+        let packet = RayPacket {
+            direction: Vec3x8::from_lanes([ray.direction; LANES]),
+            t_max: lane(ray.t_max, 0.0),
+        };
+        let mut hits = [HitPacket::miss(packet.t_max)];
+        self.tracer.hold_to(level);
+        self.tracer
+            .closest_hit(Origins::Shared(ray.origin), &[packet], &mut hits);
+        self.tracer.scene_hit(&hits, 0, 0)
     }
 
     /// Renders a tile into `band`, the rows of the film from `rect.y` on.
@@ -190,6 +205,7 @@ impl<'a> TileScratch<'a> {
             sample,
             cone: context.camera_rays.cone(),
             transparent,
+            medium: context.medium,
         };
         let (tracer, rays, colors) = (&mut self.tracer, &mut self.rays, &mut self.sample);
         self.shader.shade(context.scene, tracer, settings, rays, colors);

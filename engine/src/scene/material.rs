@@ -109,6 +109,11 @@ impl Material {
         depth: 1.0,
     };
 
+    /// Returns whether light changes its colour inside the material.
+    pub(crate) fn tints(&self) -> bool {
+        matches!(*self, Self::Glass { tint, .. } if tint != [1.0; 3])
+    }
+
     /// Returns the transmittance, by channel, of this distance inside the material.
     ///
     /// Both modes call it: powers by `libm` are the same on every machine.

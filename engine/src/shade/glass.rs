@@ -12,9 +12,9 @@
 
 use super::{SURFACE_OFFSET, TileColors, material::Points, material::background, queue::RayQueue};
 use crate::{
-    lanes::{F32x8, LANES, Vec3x8},
+    lanes::{F32x8, LANES},
     ray::{HitPacket, PrimitiveId, RayPacket, T_MAX},
-    scene::{MaterialId, Scene},
+    scene::{Material, MaterialId, Scene},
     shade::surface::SurfacePacket,
     simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight, Vec3Lanes},
 };
@@ -60,6 +60,7 @@ impl Branch8 {
     pub(super) fn gather(rays: &RayQueue, ray_i: &[u32; LANES]) -> Self {
         let mut gathered = Self::CAMERA;
         if rays.branches.is_empty() {
+            gathered.medium = [rays.medium; LANES];
             return gathered;
         }
         gathered.straight = 0;
@@ -198,6 +199,21 @@ pub(super) fn absorb(scene: &Scene, rays: &mut RayQueue, hits: &[HitPacket]) {
     }
 }
 
+/// Sets what is left of the light of camera rays that start in a material, by channel: nothing is lost on rays that hit nothing.
+pub(super) fn passed(material: &Material, hits: &[HitPacket], passed: &mut Vec<[F32x8; 3]>) {
+    passed.clear();
+    passed.extend(hits.iter().map(|hits| {
+        let mut of_packet = [F32x8::splat(1.0); 3];
+        for lane in (0..LANES).filter(|&lane| hits.primitive[lane] != PrimitiveId::NONE.0) {
+            let by_channel = material.transmittance(hits.t.as_array()[lane]);
+            for (passed, one) in of_packet.iter_mut().zip(by_channel) {
+                passed.as_mut_array()[lane] = one;
+            }
+        }
+        of_packet
+    }));
+}
+
 /// Makes branches of the rays that mirrors have queued since the last call.
 pub(super) fn branch_mirrored(rays: &RayQueue, next: &mut RayQueue) {
     for p in next.branches.len()..next.rays.packets().len() {
@@ -289,18 +305,11 @@ fn branch<S: Simd>(
         (split.reflected, split.share, offset)
     };
     let (direction, from) = (direction.to8(), Branch8::gather(rays, &s.pixel));
-    let factor = passed(simd, scene, id, rays, s).map(|passed| share * simd.load(&passed));
-    let mut weight = factor;
-    for (weight, from) in weight.iter_mut().zip(&from.weight) {
-        *weight = *weight * simd.load(from);
-    }
+    let weight = from.weight.map(|weight| share * simd.load(&weight));
     let largest = weight[0].max(weight[1]).max(weight[2]);
     let traced = s.active & largest.ge(simd.splat(MIN_WEIGHT)).bits();
     if s.active & !traced != 0 {
-        let mut color = background(simd, scene, &direction);
-        for (color, factor) in color.iter_mut().zip(factor) {
-            *color = *color * factor;
-        }
+        let color = background(simd, scene, &direction).map(|color| color * share);
         colors.add(simd, s.active & !traced, &s.pixel, simd.splat(1.0), color);
     }
     if traced == 0 {
@@ -312,7 +321,7 @@ fn branch<S: Simd>(
     let t_max = S::V8::select(simd.mask(traced), simd.splat(T_MAX), simd.splat(0.0)).to8();
     next.push_from(origin.to8(), RayPacket { direction, t_max }, s.pixel, share.to8());
     next.branches.push(Branch8 {
-        factor: to8::<S>(factor),
+        factor: [share.to8(); 3],
         weight: to8::<S>(weight),
         medium: media(scene, id, (s, crosses), from.medium),
         straight: 0,
@@ -333,7 +342,7 @@ fn media(
     (s, crosses): (&SurfacePacket, bool),
     mut medium: [Option<MaterialId>; LANES],
 ) -> [Option<MaterialId>; LANES] {
-    let is_tinted = scene.materials()[id.0 as usize].transmittance(1.0) != [1.0; 3];
+    let is_tinted = scene.materials()[id.0 as usize].tints();
     for (lane, medium) in medium.iter_mut().enumerate() {
         if (s.from_behind >> lane & 1 == 1) != crosses {
             *medium = is_tinted.then_some(id);
@@ -342,28 +351,4 @@ fn media(
         }
     }
     medium
-}
-
-/// Transmittance to a camera inside the glass; 1 for all other rays, which [`absorb`] tints.
-#[inline(always)]
-fn passed<S: Simd>(simd: S, scene: &Scene, id: MaterialId, rays: &RayQueue, s: &SurfacePacket) -> [F32x8; 3] {
-    let mut passed = [F32x8::splat(1.0); 3];
-    if !rays.are_camera_rays() || s.active & s.from_behind == 0 {
-        return passed;
-    }
-    // Camera rays set colours: the number of the pixel is that of the ray.
-    let origin = s
-        .pixel
-        .map(|ray| rays.rays.origin(ray as usize / LANES).lane(ray as usize % LANES));
-    let way = simd.load3(&s.point) - simd.load3(&Vec3x8::from_lanes(origin));
-    let distance = way.dot(way).sqrt().to8();
-    for lane in 0..LANES {
-        if s.active & s.from_behind & 1 << lane != 0 {
-            let by_channel = scene.materials()[id.0 as usize].transmittance(distance.as_array()[lane]);
-            for (passed, one) in passed.iter_mut().zip(by_channel) {
-                passed.as_mut_array()[lane] = one;
-            }
-        }
-    }
-    passed
 }

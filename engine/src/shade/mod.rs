@@ -32,7 +32,7 @@ mod tint;
 use crate::{
     lanes::{F32x8, LANES},
     ray::{HitPacket, PrimitiveId},
-    scene::{Material, RayCone, Scene, SurfaceTextures},
+    scene::{Material, MaterialId, RayCone, Scene, SurfaceTextures},
     simd::{EightLanes, Lanes, Level, Simd, at_level},
     sobol,
     trace::Tracer,
@@ -67,6 +67,8 @@ pub struct ShadeSettings {
     pub cone: RayCone,
     /// Whether camera rays that hit nothing stay black, and [`TileColors::alpha`] is filled.
     pub transparent: bool,
+    /// The tinted glass that camera rays start in.
+    pub medium: Option<MaterialId>,
 }
 
 /// The scratch memory of shading a tile, reused from tile to tile.
@@ -83,6 +85,8 @@ pub struct Shader {
     first_points: Vec<[u32; LANES]>,
     /// The rays of each depth in scenes where rays branch.
     branches: Vec<glass::Depth>,
+    /// What is left of the light of camera rays that start in tinted glass, by channel; empty for others.
+    passed: Vec<[F32x8; 3]>,
     /// Ambient occlusion rays traced since [`Shader::reset_counts`].
     pub ambient_rays: u64,
     /// Shadow rays traced since [`Shader::reset_counts`].
@@ -120,6 +124,16 @@ impl TileColors {
         }
         for (i, sum) in self.alpha.iter_mut().enumerate() {
             *sum = (simd.load(sum) + simd.load(&other.alpha[i])).to8();
+        }
+    }
+
+    /// Multiplies the colours by `factors`.
+    #[inline(always)]
+    fn tint<S: Simd>(&mut self, simd: S, factors: &[[F32x8; 3]]) {
+        for (colors, factors) in self.packets.iter_mut().zip(factors) {
+            for (color, factor) in colors.iter_mut().zip(factors) {
+                *color = (simd.load(color) * simd.load(factor)).to8();
+            }
         }
     }
 
@@ -276,6 +290,9 @@ impl Shader {
         self.tracing += self.found.trace(tracer, rays);
         if !rays.branches.is_empty() {
             glass::absorb(scene, rays, self.found.hits_of(rays));
+        } else if let Some(medium) = settings.medium {
+            let material = &scene.materials()[medium.0 as usize];
+            glass::passed(material, self.found.hits_of(rays), &mut self.passed);
         }
         let transparent = settings.transparent && (depth == 1 || scene.has_blending());
         if transparent {
@@ -378,6 +395,7 @@ impl Shader {
         let mut depths = std::mem::take(&mut self.branches);
         depths.resize_with(depths.len().max(1), Default::default);
         depths[0].swap(rays, colors, &mut self.first_points);
+        depths[0].rays.medium = settings.medium;
         let mut last = 0;
         for i in 0.. {
             depths.resize_with(depths.len().max(i + 2), Default::default);
@@ -408,6 +426,9 @@ impl Shader {
             }
         }
         depths[0].swap(rays, colors, &mut self.first_points);
+        if settings.medium.is_some() {
+            at_level!(level, |simd| colors.tint(simd, &self.passed));
+        }
         self.branches = depths;
     }
 }

@@ -23,6 +23,8 @@ pub struct RayQueue {
     travelled: Vec<F32x8>,
     /// See [`Self::are_camera_rays`].
     are_camera_rays: bool,
+    /// The tinted glass that camera rays start in.
+    pub(super) medium: Option<MaterialId>,
     /// See [`Self::sets_colors`].
     sets_colors: bool,
     /// See [`Branch8`]; one for each packet, or empty.
@@ -46,6 +48,7 @@ impl RayQueue {
         self.travelled.clear();
         self.branches.clear();
         (self.are_camera_rays, self.sets_colors) = (false, false);
+        self.medium = None;
     }
 
     /// Removes all rays. The next ones are camera rays that start at `origin`, or at separate origins if `None`.

@@ -4,12 +4,13 @@
 use arbitrary::{Result, Unstructured};
 use glam::{DVec3, Vec3};
 use octray::{
+    Level,
     accel::Bvh,
     error::SceneError,
     ray::{Ray, SceneHit},
     reference::{
-        brute,
-        shade::{Intersect, PixelSample, SecondaryRays, radiance},
+        brute, medium_at,
+        shade::{Intersect, Limits, PixelSample, SecondaryRays, radiance_at},
     },
     render::{Film, Filter, Mode, Pattern, Settings, render},
     scene::{
@@ -324,19 +325,26 @@ pub fn picture(bytes: &[u8]) {
 
 fn brute_force(scene: &Scene, camera: &Camera, settings: &Settings) -> Film {
     let rays = camera.pixel_rays(scene, SIDE, SIDE, 1);
+    let eye = (camera.view().eye - scene.offset()).as_vec3();
+    let all = &mut EveryPrimitive(scene);
+    let medium = medium_at(Level::current(), scene, &mut |ray| all.closest_hit(ray), eye);
+    let limits = Limits {
+        max_depth: settings.max_depth,
+        shadows: settings.shadows,
+        transparent: false,
+        medium,
+    };
     let mut film = Film::new(SIDE, SIDE);
     for (i, pixel) in (0..).zip(film.pixels_mut()) {
         let ray = rays.ray(i % SIDE, i / SIDE, [0, 0]);
         let mut counts = SecondaryRays::default();
-        let all = &mut EveryPrimitive(scene);
         let sample = PixelSample {
             pixel: [i % SIDE, i / SIDE],
             number: 0,
             count: settings.samples,
             cone: rays.cone(),
         };
-        let (depth, shadows) = (settings.max_depth, settings.shadows);
-        *pixel = radiance(scene, all, ray, sample, depth, shadows, &mut counts);
+        (*pixel, _) = radiance_at(Level::current(), scene, all, (ray, sample), limits, &mut counts);
     }
     film
 }
