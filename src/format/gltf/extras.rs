@@ -7,9 +7,12 @@ use gltf::{
     mesh::{Mode, Semantic},
 };
 
-/// Extensions that octray reads, or whose contents are listed elsewhere: textures, animations, lights.
-const NOT_LISTED: [&str; 16] = [
+/// Extensions that octray reads, that change nothing visible, or whose contents are listed elsewhere: textures, animations,
+/// lights.
+const NOT_LISTED: [&str; 17] = [
     "EXT_mesh_gpu_instancing",
+    // Which triangles were one polygon.
+    "FB_ngon_encoding",
     "KHR_lights_punctual",
     "KHR_animation_pointer",
     "KHR_draco_mesh_compression",

@@ -103,18 +103,18 @@ pub(super) fn left_out(materials: &[Shown], unsupported: [&str; 2], left_out: &m
     left_out.count(count(|shown| shown.is_unsupported), one, several);
     left_out.count(
         count(|shown| shown.emission_left_out),
-        "emission texture with a different transform",
-        "emission textures with different transforms",
+        "emission texture with other texture coordinates",
+        "emission textures with other texture coordinates",
     );
     left_out.count(
         count(|shown| shown.normals_left_out),
-        "normal map with a different transform",
-        "normal maps with different transforms",
+        "normal map with other texture coordinates",
+        "normal maps with other texture coordinates",
     );
     left_out.count(
         count(|shown| shown.roughness_left_out),
-        "roughness map with a different transform",
-        "roughness maps with different transforms",
+        "roughness map with other texture coordinates",
+        "roughness maps with other texture coordinates",
     );
 }
 

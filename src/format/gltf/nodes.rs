@@ -162,6 +162,10 @@ impl Reading {
             mesh.placements += placement.count();
         }
         self.make_room(&mut meshes, buffers)?;
+        let mut cameras = vec![0; document.cameras().count()];
+        for camera in document.nodes().filter_map(|node| node.camera()) {
+            cameras[camera.index()] += 1;
+        }
         for placement in &tree.placements {
             let Some(node) = node_of(placement) else { continue };
             let variant = Variant::of(&node, contents);
@@ -173,7 +177,10 @@ impl Reading {
             self.punctual
                 .place(placement.node, &placement.world, &mut self.lights);
             if let Some(camera) = node.camera() {
-                let name = camera.name().or(node.name()).unwrap_or_default();
+                // Of several nodes with one camera each has its own name.
+                let is_shared = cameras[camera.index()] > 1;
+                let own = camera.name().filter(|_| !is_shared || node.name().is_none());
+                let name = own.or(node.name()).unwrap_or_default();
                 let offset = buffers.budget().offset().vector();
                 self.camera(name, camera.projection(), &placement.world, offset);
             }

@@ -258,7 +258,7 @@ fn textures_with_sets_transforms_samplers_and_cut_outs() {
     assert_eq!((textures.emission, textures.emission_map), ([0.0; 3], None));
     assert_eq!(
         mesh.notes,
-        ["folder/a.gltf: left out: 1 emission texture with a different transform"]
+        ["folder/a.gltf: left out: 1 emission texture with other texture coordinates"]
     );
     assert_eq!(mesh.images[0].size(), [3, 2]);
     // A quarter turn takes v to u.
@@ -383,10 +383,25 @@ fn older_materials() {
 
 const OLD: &str = " glTF 1.0 is not supported; convert the file to glTF 2.0, for example with gltf-pipeline";
 
+/// A camera that two nodes place is there twice, by their names.
+#[test]
+fn cameras_of_several_nodes() {
+    let json = r#"{"asset":{"version":"2.0"},"nodes":[{"camera":0,"name":"a"},{"camera":0,"name":"b"},{"camera":0},
+        {"camera":1,"name":"c"}],"cameras":[{"name":"own","type":"perspective","perspective":{"yfov":0.5,"znear":0.1}},
+        {"name":"other","type":"perspective","perspective":{"yfov":0.5,"znear":0.1}}]}"#;
+    let mesh = load(json).expect("cameras");
+    let names: Vec<&str> = mesh.cameras.iter().map(|camera| camera.name.as_str()).collect();
+    assert_eq!(names, ["a", "b", "own", "other"]);
+}
+
 #[test]
 fn version_1_is_refused_with_advice() {
     let first = load(r#"{"asset":{"version":"1.0"},"accessors":{"a":{}}}"#);
     assert_eq!(first.expect_err("old"), OLD);
+    let unstated = load(r#"{"nodes":{"a":{"children":[]}},"scene":"a"}"#);
+    assert_eq!(unstated.expect_err("old"), OLD);
+    let older = load(r#"{"asset":{"version":0.8},"accessors":{"a":{}}}"#);
+    assert!(older.expect_err("old").contains("glTF 0.8 is not supported"));
     let open = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
     let binary = parse(
         b"glTF\x01\0\0\0\x20\0\0\0........................",

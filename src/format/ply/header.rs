@@ -150,6 +150,10 @@ impl Header {
         if !text.ends_with('\n') {
             text.push('\n');
         }
+        // Some programs write `PLY`.
+        if let Some(first) = text.get_mut(..3) {
+            first.make_ascii_lowercase();
+        }
         let mut cursor = Cursor::new(text.as_bytes());
         let parsed = PlyReader::from_reader(&mut cursor).map(|reader| reader.header().clone());
         let consumed = cursor.position();
@@ -414,7 +418,7 @@ pub(super) fn find_end(bytes: &[u8]) -> Result<usize, Fault> {
         let start = end;
         end += line.len();
         let line = line.trim_ascii();
-        if i == 0 && line != b"ply" {
+        if i == 0 && !line.eq_ignore_ascii_case(b"ply") {
             let message = if is_lfs_pointer(line) {
                 LFS_POINTER.to_owned()
             } else if is_utf16(line) {

@@ -343,6 +343,9 @@ fn a_byte_order_mark_is_skipped() {
     let text = "\u{feff}ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
                 end_header\n1 2 3\n";
     assert_eq!(read(text).expect("a mesh").z, [3.0]);
+    // Some programs write the first line in capitals.
+    let capitals = text.replacen("ply", "PLY", 1);
+    assert_eq!(read(capitals).expect("a mesh").z, [3.0]);
 }
 
 #[test]

@@ -21,9 +21,9 @@ const MAX_MESHES: usize = 1 << 16;
 /// How many notes about its meshes a scene keeps.
 const MAX_NOTES: usize = 1000;
 
-/// Equal for equal meshes: the number of the file, the bits of the transform, of the radius of points and of the intensity
-/// of lights, and whether colours and points are shown.
-pub(super) type Placed = (usize, [u64; 12], u32, bool, u32);
+/// Equal for equal meshes: the number of the file, the material, the bits of the transform, of the radius of points and of the
+/// intensity of lights, and whether colours and points are shown.
+pub(super) type Placed = (usize, Option<MaterialId>, [u64; 12], u32, bool, u32);
 
 /// How a mesh is placed.
 #[derive(Clone, Copy)]
@@ -77,8 +77,8 @@ impl Reader<'_> {
         self.add_mesh(&arguments, path, placement, self.material, Kind::Any)
     }
 
-    /// Adds a mesh, unless it is already placed there: at equal t the lowest id wins, so the copy would be invisible. Ten
-    /// thousand identical lines cost no more than one.
+    /// Adds a mesh, unless it is already placed there with the same material: at equal t the lowest id wins, so the copy would be
+    /// invisible. Ten thousand identical lines cost no more than one.
     fn add_mesh(
         &mut self,
         arguments: &Arguments<'_, '_>,
@@ -99,6 +99,7 @@ impl Reader<'_> {
         let is_any = kind == Kind::Any;
         let placed = (
             number,
+            material,
             placement.transform.bits(),
             radius_bits,
             is_any,

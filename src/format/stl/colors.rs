@@ -2,7 +2,8 @@
 //!
 //! The 15 lower bits of VisCAM and SolidView are red, green, blue from the highest on; the highest bit says that the facet
 //! has a colour. In files of Materialise Magics, whose header has `COLOR=` and a default, they are blue, green, red, and
-//! the highest bit says that the facet has the default, whose alpha is ignored.
+//! the highest bit says that the facet has the default, whose alpha is ignored. MeshLab writes that header, too, but sets the
+//! highest bit of facets with a colour.
 
 use super::{FACET, HEADER, PIECE};
 use crate::format::{
@@ -21,6 +22,8 @@ enum Scheme {
     Magics {
         /// Red, green, blue, alpha of facets without a colour of their own.
         default: [u8; 4],
+        /// Whether the highest bit says that a facet has a colour, as MeshLab has it.
+        is_reversed: bool,
     },
     /// Attributes of some other kind.
     Unknown,
@@ -94,9 +97,16 @@ impl Scheme {
         let header = source.piece(0, HEADER - 4, &mut header)?;
         const KEY: &[u8] = b"COLOR=";
         if let Some(at) = header.windows(KEY.len()).position(|word| word == KEY)
-            && let Some(&default) = header.get(at + KEY.len()..).and_then(|rest| rest.first_chunk())
+            && let Some(rest) = header.get(at + KEY.len()..)
+            && let Some(&default) = rest.first_chunk()
         {
-            return Some(Self::Magics { default });
+            // Magics has an alpha and a comma there. Its facets would not differ if all had the default.
+            let is_meshlab = rest.get(3..).is_some_and(|rest| rest.starts_with(b" MATERIAL="));
+            let all_differ = bits.all & FLAG != 0 && bits.any != bits.all;
+            return Some(Self::Magics {
+                default,
+                is_reversed: is_meshlab || all_differ,
+            });
         }
         let value = bits.any;
         Some(match (value & FLAG != 0, value & !bits.all != 0) {
@@ -114,7 +124,7 @@ impl Scheme {
         let has_flag = attributes & FLAG != 0;
         match self {
             Self::VisCam if has_flag => Some([10, 5, 0].map(channel)),
-            Self::Magics { .. } if !has_flag => Some([0, 5, 10].map(channel)),
+            Self::Magics { is_reversed, .. } if has_flag == *is_reversed => Some([0, 5, 10].map(channel)),
             _ => None,
         }
     }
@@ -124,6 +134,7 @@ impl Scheme {
         match *self {
             Self::Magics {
                 default: [red, green, blue, _],
+                ..
             } => Surface {
                 diffuse: [red, green, blue].map(|channel| f32::from(channel) / 255.0),
                 ..Surface::WHITE

@@ -166,6 +166,17 @@ fn colours_of_facets() {
     assert_eq!(colors(magics, &[0; 2]).0, [[0.0, 1.0, 0.2]; 2]);
     // Whatever its alpha is, it is opaque.
     assert_eq!(colors(b"COLOR=\x00\xff\x33\x00", &[0; 2]).0, [[0.0, 1.0, 0.2]; 2]);
+    // MeshLab writes that header, but bit 15 means a colour, red in the lowest bits.
+    let grey = [0x7f as f32 / 255.0; 3];
+    for header in [
+        &b"COLOR=\x7f\x7f\x7f MATERIAL=\x7f\x7f\x7f "[..],
+        b"COLOR=\x7f\x7f\x7f\xff",
+    ] {
+        assert_eq!(colors(header, &[0x801f, 0xfc00]).0, [RED, BLUE]);
+    }
+    let meshlab = b"COLOR=\x7f\x7f\x7f MATERIAL=";
+    assert_eq!(colors(meshlab, &[0x801f; 2]).0, [RED; 2]);
+    assert_eq!(colors(b"COLOR=\x7f\x7f\x7f\xff", &[0x801f; 2]).0, [grey; 2]);
     // A colour belongs to its facet, also if another one is left out.
     let mut bytes = binary_file(b"", &[FACETS[0], FACETS[0]]);
     bytes[HEADER + 12..][..4].copy_from_slice(&f32::NAN.to_le_bytes());

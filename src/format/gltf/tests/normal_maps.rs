@@ -42,7 +42,7 @@ fn normal_maps_elsewhere_are_left_out() {
     assert_eq!(mesh.surfaces[0].textures.normal_map, None);
     assert_eq!(
         mesh.notes,
-        ["folder/a.gltf: left out: 1 normal map with a different transform"]
+        ["folder/a.gltf: left out: 1 normal map with other texture coordinates"]
     );
     let unlit = material.replace(r#""pbr"#, r#""extensions":{"KHR_materials_unlit":{}},"pbr"#);
     let mesh = textured_by(BLUE, &unlit, TEXTURES).expect("a mesh");
