@@ -16,6 +16,9 @@ const MOST_NAMES: usize = 3;
 
 /// The end of the error about a missing file at `path`; `None` if there is nothing to add.
 pub(super) fn instead_of(path: &Path) -> Option<String> {
+    if let Ok(target) = fs::read_link(path) {
+        return Some(format!("it is a broken link to `{}`", target.display()));
+    }
     let typed = path.to_string_lossy();
     if !cfg!(windows) && typed.contains('\\') && Path::new(&typed.replace('\\', "/")).exists() {
         return Some("write `/` instead of `\\`".to_owned());

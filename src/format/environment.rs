@@ -91,8 +91,9 @@ mod decoding {
         let kept = EnvironmentPicture::bytes(size);
         if needed + kept as u64 > budget.left() {
             return Err(format!(
-                "it takes {}, above what is left of the memory limit",
-                in_bytes(needed + kept as u64)
+                "it takes {}, but {} of the memory limit are left",
+                in_bytes(needed + kept as u64),
+                in_bytes(budget.left())
             ));
         }
         budget.take(kept).map_err(|error| error.to_string())?;

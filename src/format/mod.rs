@@ -74,6 +74,21 @@ pub(crate) fn refuse_foreign(path: &Path, start: &[u8]) -> Result<(), LoadError>
     foreign::refuse(start, path, "expected a scene or a mesh")
 }
 
+/// Refuses a model that octray does not read, by its first bytes or else its extension, and says how to convert it.
+///
+/// # Errors
+/// [`LoadError`].
+#[cfg(feature = "cli")]
+pub(crate) fn refuse_unread(path: &Path, start: &[u8]) -> Result<(), LoadError> {
+    match foreign::fault_by_name(path) {
+        Some(by_name) => {
+            let message = foreign::fault(start, "expected a scene or a mesh").unwrap_or(by_name);
+            Err(LoadError::whole_file(path, message))
+        }
+        None => Ok(()),
+    }
+}
+
 /// The number of frames of a scene file, `None` if nothing moves. Reads only scene files, no meshes.
 ///
 /// # Errors

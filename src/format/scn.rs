@@ -108,6 +108,15 @@ const OBJ_WORDS: [&[u8]; 11] = [
     b"v", b"vn", b"vt", b"vp", b"f", b"l", b"p", b"o", b"g", b"mtllib", b"usemtl",
 ];
 
+/// Whether a text is OBJ: its first line that is no comment is one of OBJ.
+pub(super) fn is_obj(text: &[u8]) -> bool {
+    let words = text
+        .split(|&byte| byte == b'\n')
+        .filter_map(|line| line.split(u8::is_ascii_whitespace).find(|word| !word.is_empty()));
+    let first = words.into_iter().find(|word| !word.starts_with(b"#"));
+    first.is_some_and(|word| OBJ_WORDS.contains(&word))
+}
+
 /// Whether a text is a scene: it has a statement, perhaps misspelt, before any word of OBJ, or only comments.
 pub(super) fn is_scene(text: &[u8]) -> bool {
     let names = || STATEMENTS.iter().map(|(name, _)| *name);
@@ -241,7 +250,7 @@ impl Reader<'_> {
             .iter()
             .find(|(name, _)| name.as_bytes() == keyword.text);
         let Some(&statement) = known else {
-            return Err(line.error_at(keyword, unknown_statement(keyword, line.file)));
+            return Err(line.error_at(keyword, unknown_statement(keyword, line)));
         };
         if statement.0 != "at" {
             self.end_motion()?;
@@ -276,10 +285,11 @@ fn hint(keyword: &[u8]) -> Option<&'static str> {
     }
 }
 
-fn unknown_statement(keyword: &Word<'_>, file: &Path) -> String {
+fn unknown_statement(keyword: &Word<'_>, line: &Line<'_>) -> String {
     let found = quote(keyword.text);
     // Comments of OBJ begin with `#`, too.
-    let is_obj = MeshFormat::of_path(file) == Some(MeshFormat::Obj);
+    let is_obj = MeshFormat::of_path(line.file) == Some(MeshFormat::Obj)
+        || keyword.text.starts_with(b"#") && is_obj(line.rest);
     let word: &[u8] = if is_obj { b"v" } else { keyword.text };
     if let Some(hint) = hint(word) {
         return format!("found {found}: {hint}");

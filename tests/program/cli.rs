@@ -113,7 +113,7 @@ fn wrong_values_are_usage_errors() {
         ("-o a-#.png", "# stands for the number of a frame"),
         (
             "-o {dir}/a.png",
-            "{dir} in the name of a picture stands for nothing",
+            "unknown placeholder {dir}; {stem} is the scene's name",
         ),
     ] {
         let arguments: Vec<_> = std::iter::once("a.scn").chain(arguments.split(' ')).collect();
@@ -467,9 +467,9 @@ fn mesh_warnings_are_printed_once() {
 fn mesh_errors_suggest_a_remedy() {
     let folder = Folder::new();
     folder.write("square.obj", SQUARE);
-    folder.write("letter.fbx", "Dear reader");
+    folder.write("letter.doc", "Dear reader");
     let kinds = "expected a scene (.scn) or a mesh (.ply, .obj, .off, .stl, .gltf, .glb, .3mf)";
-    folder.fails(&["letter.fbx"], 1, kinds);
+    folder.fails(&["letter.doc"], 1, kinds);
     folder.fails(
         &["squre.obj"],
         1,

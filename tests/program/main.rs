@@ -30,6 +30,7 @@ mod left_out;
 mod levels;
 mod limits;
 mod map_coordinates;
+mod meant;
 mod merge;
 mod mesh_pictures;
 mod moving;

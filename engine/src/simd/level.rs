@@ -173,7 +173,7 @@ pub enum LevelError {
 impl fmt::Display for LevelError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Unknown => "no such instruction set: it is portable, avx2 or avx512",
+            Self::Unknown => "no such instruction set, expected portable, avx2 or avx512",
             Self::Unavailable => "this CPU does not have these instructions",
         })
     }

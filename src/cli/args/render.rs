@@ -14,9 +14,9 @@ use crate::{
         CliError, load,
         plan::{
             Job, JsonTarget, Look, Looks, MeshOptions, Pictures, Planned, PoseFile, RenderPlan, check_inputs,
-            has_number, is_standard_input, unknown_placeholder,
+            check_pattern, has_number, is_standard_input,
         },
-        write::is_foreign,
+        write::{AovKind, is_foreign},
     },
     error::clip_path,
     whole_file::follow_links,
@@ -169,13 +169,11 @@ impl RenderArgs {
         Err(CliError::Usage(why))
     }
 
-    /// Refuses a placeholder of another program in the name of the output, and a # if there are no frames.
+    /// Refuses a placeholder of another program in the name of the output, {pose} without poses, and a # if there are no
+    /// frames.
     fn check_placeholders(&self, has_frames: bool) -> Result<(), CliError> {
-        if let Some(word) = self.output.as_deref().and_then(unknown_placeholder) {
-            return Err(CliError::Usage(format!(
-                "{word} in the name of a picture stands for nothing; {{stem}} is the scene's name, {{folder}} its folder's, \
-                 {{pose}} a pose's"
-            )));
+        if let Some(output) = self.output.as_deref() {
+            check_pattern(output, self.series.poses.is_some()).map_err(CliError::Usage)?;
         }
         let is_typed = !self.is_default("output") && self.series.sheet.is_none();
         match self.output.as_deref().filter(|output| has_number(output)) {
@@ -188,6 +186,15 @@ impl RenderArgs {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Refuses a step of depth without a file of it; in the config file it is a default.
+    fn check_z_step(&self) -> Result<(), CliError> {
+        let is_typed = self.picture.z_step.is_some() && !self.is_default("z_step");
+        if is_typed && !self.picture.aovs.contains(&AovKind::Z) {
+            return Err(CliError::Usage("--z-step needs --aov z".into()));
+        }
+        Ok(())
     }
 
     /// Checks the arguments, and names and checks every picture.
@@ -204,6 +211,7 @@ impl RenderArgs {
             .map(|file| file.poses([size.width, size.height]));
         let poses = poses.transpose()?;
         let turntable = self.series.turntable(poses.as_ref());
+        self.check_z_step()?;
         let keyframes = match turntable {
             Some(_) => Vec::new(),
             None => self.series.keyframes(

@@ -9,19 +9,29 @@ use clap::{
 use std::{ffi::OsString, path::Path};
 
 /// Options of other renderers, and what octray has instead.
-const ELSEWHERE: [(&[&str], &str); 17] = [
+const ELSEWHERE: [(&[&str], &str); 21] = [
     (
-        &["--width", "--height", "--resolution", "--res", "--dimensions"],
+        &[
+            "--width",
+            "--height",
+            "--resolution",
+            "--res",
+            "--dimensions",
+            "-w",
+        ],
         "--size WIDTHxHEIGHT, such as --size 800x600",
     ),
     (
-        &["--spp", "--aa", "--antialias", "--antialiasing"],
+        &["--spp", "--aa", "--antialias", "--antialiasing", "--quality"],
         "--samples N, such as --samples 16, or --samples auto",
     ),
-    (&["--gamma"], "--srgb encodes for screens; the default is linear"),
+    (
+        &["--gamma"],
+        "--srgb encodes for screens (the default for meshes), --linear does not",
+    ),
     (&["--transparent", "--alpha"], "--background transparent"),
     (
-        &["--region", "--window", "--cropwindow", "--pixelbounds"],
+        &["--region", "--tile", "--cropwindow", "--pixelbounds"],
         "--crop x0,y0,x1,y1",
     ),
     (
@@ -46,6 +56,13 @@ const ELSEWHERE: [(&[&str], &str); 17] = [
         "--from AZIMUTH,ELEVATION in degrees, such as --from 35,20, or --from top",
     ),
     (&["--animate", "--rotate"], "--turntable N"),
+    (&["--video"], "--turntable N, written to a .gif, .apng or .y4m"),
+    (&["--silent"], "-q or --quiet"),
+    (&["--interactive", "--window"], "octray view SCENE opens a window"),
+    (
+        &["--overwrite"],
+        "--force replaces files that octray did not write; those that it wrote are replaced without it",
+    ),
     (
         &["--bounces", "--max-bounces", "--ray-depth", "--recursion"],
         "--max-depth N limits reflections and refraction",
@@ -70,6 +87,8 @@ const ELSEWHERE: [(&[&str], &str); 17] = [
 pub fn explain(error: &mut clap::Error, arguments: &[OsString]) {
     explain_conflict(error);
     explain_unknown(error);
+    explain_second(error, arguments);
+    explain_command(error);
     explain_file(error, arguments);
     if arguments.get(1).is_some_and(|command| command == "bench") {
         explain_bench(error);
@@ -106,7 +125,7 @@ pub fn one_dash(arguments: &[OsString]) -> Option<String> {
     };
     let options_only = texts(arguments).take_while(|&word| word != "--");
     let mut names = options_only.filter_map(|word| word.strip_prefix(['-', '–', '—'])?.split('=').next());
-    let name = names.find(is_long)?;
+    let name = names.find(|name| *name == "version" || is_long(name))?;
     Some(format!("long options have two hyphens: write --{name}"))
 }
 
@@ -180,9 +199,51 @@ fn explain_unknown(error: &mut clap::Error) {
     if let Some((_, tip)) = known {
         error.remove(ContextKind::SuggestedArg);
         suggest(error, tip);
-    } else if error.get(ContextKind::SuggestedArg).is_none() {
+        return;
+    }
+    let is_close = match error.get(ContextKind::SuggestedArg) {
+        Some(ContextValue::String(option)) => is_close(given, option),
+        _ => false,
+    };
+    if !is_close {
+        error.remove(ContextKind::SuggestedArg);
         // clap's own tip, how to pass it as a value, does not help: no scene is called like an option.
         suggest(error, "--help lists the options");
+    }
+}
+
+/// Whether an option may be a slip of another one: one letter in three is wrong, or a part is left out or added. What clap
+/// suggests need only have some letters in common.
+fn is_close(given: &str, option: &str) -> bool {
+    let [given, option] = [given, option].map(|word| word.trim_start_matches('-'));
+    let is_part = given.len() > 3 && (option.contains(given) || given.contains(option));
+    is_part || strsim::damerau_levenshtein(given, option) <= (given.chars().count() / 3).max(1)
+}
+
+/// Further inputs of a command that takes one.
+fn explain_second(error: &mut clap::Error, arguments: &[OsString]) {
+    let command = arguments.get(1).and_then(|command| command.to_str());
+    if let Some(command @ ("info" | "view" | "bench")) = command
+        && error.kind() == ErrorKind::UnknownArgument
+        && matches!(error.get(ContextKind::InvalidArg), Some(ContextValue::String(given)) if !given.starts_with('-'))
+    {
+        suggest(error, &format!("octray {command} takes one scene"));
+    }
+}
+
+/// Unknown commands after `help`: clap suggests only those before it.
+fn explain_command(error: &mut clap::Error) {
+    let Some(ContextValue::String(given)) = error.get(ContextKind::InvalidSubcommand) else {
+        return;
+    };
+    let all = definition();
+    let near = all
+        .get_subcommands()
+        .map(clap::Command::get_name)
+        .find(|name| strsim::damerau_levenshtein(given, name) <= name.len() / 3);
+    if let Some(near) = near.filter(|_| error.get(ContextKind::SuggestedSubcommand).is_none()) {
+        let near = ContextValue::Strings(vec![near.to_owned()]);
+        error.insert(ContextKind::SuggestedSubcommand, near);
     }
 }
 

@@ -158,6 +158,12 @@ impl InputPlan {
     /// # Errors
     /// [`CliError`].
     pub fn new(path: &Path, camera: CameraOptions, mesh: MeshOptions, aspect: f64) -> Result<Self, CliError> {
+        if path.is_dir() {
+            let (folder, files) = (clip_path(path), clip_path(&path.join("*.scn")));
+            return Err(CliError::Failed(format!(
+                "{folder}: this is a directory, expected files such as {files}"
+            )));
+        }
         if !is_standard_input(path) {
             format::check_file(path)?;
         }
@@ -179,11 +185,8 @@ impl InputPlan {
     }
 }
 
-/// Other kinds of files that people try. Some are text and would otherwise be read as faulty scenes.
-const OTHER_KINDS: [&str; 16] = [
-    "3ds", "blend", "dae", "fbx", "iges", "igs", "jpg", "mtl", "png", "step", "stp", "usd", "usda", "vtk",
-    "wrl", "x3d",
-];
+/// Other files that people try. Some are text and would otherwise be read as faulty scenes.
+const OTHER_KINDS: [&str; 3] = ["jpg", "mtl", "png"];
 
 /// Distinguishes meshes from scenes by the file's extension, else by its first bytes.
 ///
@@ -209,6 +212,9 @@ pub fn kind_of(path: &Path) -> Result<InputKind, CliError> {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     // Text without any statement of a scene is no scene.
     let is_scene = !start.contains(&0) && format::detect(&start) == Detected::Scene;
+    if read.is_ok() {
+        format::refuse_unread(path, &start)?;
+    }
     if !is_scene || OTHER_KINDS.iter().any(|&other| extension == other) {
         // By its bytes: `mesh.ply.gz` and pictures are known.
         if read.is_ok() {

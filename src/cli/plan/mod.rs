@@ -6,6 +6,7 @@ mod choice;
 mod input;
 mod job;
 mod keyframes;
+mod misplaced;
 mod names;
 mod places;
 mod poses;
@@ -21,7 +22,7 @@ pub use input::{
 };
 pub use job::{Engine, JobPlan};
 pub use keyframes::{Keyframes, Playback, Playing, keyframes};
-pub use names::{Origin, PicturePath, aov as aov_path, expand, has_number, stem, unknown_placeholder};
+pub use names::{Origin, PicturePath, aov as aov_path, check_pattern, expand, has_number, stem};
 pub use poses::{PoseFile, PoseFiles, Poses, SavedPoses};
 pub use render::{
     CompareOptions, Frame, Job, Look, Looks, PictureOptions, Pictures, Planned, RenderPlan, SheetPlan,

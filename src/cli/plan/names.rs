@@ -2,6 +2,7 @@
 //! frame's number.
 
 use super::{Turn, is_standard_input};
+use crate::error::clip;
 use std::{
     ffi::{OsStr, OsString},
     path::{Path, PathBuf, is_separator},
@@ -80,10 +81,47 @@ const STEM: &str = "{stem}";
 const FOLDER: &str = "{folder}";
 
 /// Stands for the name of a pose.
-pub const POSE: &str = "{pose}";
+pub(super) const POSE: &str = "{pose}";
+
+/// Refuses placeholders in a picture's name that octray does not replace, and says what it has instead.
+///
+/// # Errors
+/// The message.
+pub fn check_pattern(pattern: &Path, has_poses: bool) -> Result<(), String> {
+    if let Some(word) = unknown_placeholder(pattern) {
+        return Err(format!(
+            "unknown placeholder {word}; {{stem}} is the scene's name, {{folder}} its folder's, {{pose}} a pose's"
+        ));
+    }
+    if let Some(number) = printf_number(pattern) {
+        let digits = number[1..number.len() - 1].parse().unwrap_or(4);
+        let run = "#".repeat(digits.clamp(1, 9));
+        let name = pattern.to_string_lossy().replace(number, &run);
+        return Err(format!(
+            "{number} stands for nothing: octray numbers frames with #, such as {}",
+            clip(&name)
+        ));
+    }
+    if !has_poses && pattern.to_str().is_some_and(|text| text.contains(POSE)) {
+        return Err(format!("{POSE} in the name needs --poses"));
+    }
+    Ok(())
+}
+
+/// A number as in C's `printf`, such as `%04d`, in the name of a file.
+fn printf_number(pattern: &Path) -> Option<&str> {
+    let name = pattern.file_name()?.to_str()?;
+    name.match_indices('%').find_map(|(start, _)| {
+        let rest = &name[start + 1..];
+        let digits = rest.find(|c: char| !c.is_ascii_digit())?;
+        let after = rest[digits..].strip_prefix('d')?;
+        let is_word = after.starts_with(|c: char| c.is_ascii_alphabetic());
+        (!is_word && digits < 4).then(|| &name[start..start + digits + 2])
+    })
+}
 
 /// The first word in braces in a pattern that octray does not replace.
-pub fn unknown_placeholder(pattern: &Path) -> Option<&str> {
+fn unknown_placeholder(pattern: &Path) -> Option<&str> {
     let mut rest = pattern.to_str()?;
     while let Some((_, after)) = rest.split_once('{') {
         let length = after

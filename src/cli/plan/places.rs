@@ -1,9 +1,13 @@
 //! Checks that no two pictures of a call have the same file.
 
-use super::names::{Origin, folder};
+use super::{
+    input::is_standard_input,
+    names::{Origin, folder},
+};
 use crate::{
     cli::{CliError, write::Output},
     error::clip_path,
+    format,
 };
 use std::{
     collections::{HashMap, hash_map::Entry},
@@ -23,6 +27,12 @@ impl Places {
             }
             Entry::Occupied(place) => place.get().clone(),
         };
+        // If one is missing, that is the fault, as in `octray my models/my`.
+        for path in [&*first, scene] {
+            if first != scene && !is_standard_input(path) {
+                format::check_file(path)?;
+            }
+        }
         let name = output.name();
         Err(CliError::Usage(if first != scene {
             let hint = match output.origin() {

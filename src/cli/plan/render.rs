@@ -2,6 +2,7 @@
 
 use super::{
     Build, CameraOptions, InputPlan, JsonTarget, Keyframes, MeshOptions, Orbit, Poses, Turn, Turntable,
+    misplaced,
     names::{self, Origin, PicturePath},
     places::Places,
 };
@@ -246,6 +247,10 @@ impl Pictures<'_> {
         };
         memory::beside_picture(memory, self.size(), least)?;
         let mut places = Places::default();
+        if !self.keep_going {
+            let is_named = self.output.is_some() && self.is_typed;
+            misplaced::check(scenes, is_named)?;
+        }
         let sheet = self.sheet_output(scenes)?;
         let mut named = Vec::new();
         for (i, scene) in scenes.iter().enumerate() {
@@ -324,8 +329,9 @@ impl Pictures<'_> {
         };
         let output = Output::prepare(&path.typed_if(self.is_typed), self.size(), self.force)?
             .synced_if(self.skip_existing);
-        let why = if names::expand(pattern, scene, Some(1)) != pattern {
-            "a sheet is one picture; leave out {stem}, {folder} and #"
+        let has_pose = pattern.to_str().is_some_and(|text| text.contains(names::POSE));
+        let why = if has_pose || names::expand(pattern, scene, Some(1)) != pattern {
+            "a sheet is one picture; leave out {stem}, {folder}, {pose} and #"
         } else if output.is_animation() || output.is_exr() {
             "a sheet has 8 bits per channel; name a picture such as sheet.png"
         } else if self.look.picture.transparent {

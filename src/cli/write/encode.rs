@@ -63,6 +63,9 @@ impl Format {
     /// All extensions, for messages.
     pub const EXTENSIONS: &'static str = ".png, .ppm, .qoi, .jpg, .jpeg, .bmp, .tiff, .tif or .exr";
 
+    /// Those of tiles.
+    pub const MERGED: &'static str = ".png, .ppm, .qoi, .bmp, .tiff, .tif or .exr";
+
     /// The error about a file name without one of these extensions.
     pub fn unknown(path: &Path) -> CliError {
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
@@ -70,6 +73,13 @@ impl Format {
         CliError::Usage(match extension.to_str() {
             Some("mp4" | "m4v" | "mov" | "webm" | "mkv" | "avi") => format!(
                 "{name}: octray does not encode video; use -o - | ffmpeg -i - {name}, or name a .gif, .apng or .y4m"
+            ),
+            Some(
+                other @ ("avif" | "dds" | "hdr" | "heic" | "heif" | "jp2" | "jxl" | "pam" | "pdf" | "pgm"
+                | "pnm" | "psd" | "svg" | "tga" | "webp"),
+            ) => format!(
+                "{name}: octray does not write .{other}, expected {}",
+                Self::EXTENSIONS
             ),
             _ => format!(
                 "cannot tell the format of {name} from its extension: expected {}",

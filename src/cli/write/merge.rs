@@ -44,7 +44,7 @@ impl Tile {
         let name = clip_path(path);
         let known = path.extension().and_then(Format::from_extension);
         let why = match known {
-            None => format!("unknown extension, expected {}", Format::EXTENSIONS),
+            None => format!("unknown extension, expected {}", Format::MERGED),
             Some(Format::Jpeg) => "JPEG loses detail in each tile; render the tiles as .png".into(),
             Some(format) if format.is_animation() => {
                 "animations are not merged; render frames as .png".into()

@@ -21,9 +21,7 @@ pub use animation::Animation;
 pub use aov::{AovKind, DepthRange, Z_STEP};
 pub use aov_files::{AovFiles, RenderedAovs};
 pub use compare::{Comparison, Verdict};
-#[cfg(feature = "viewer")]
-pub use encode::Format;
-pub use encode::is_animation;
+pub use encode::{Format, is_animation};
 pub use json::{json_line, write_json};
 pub use merge::Tiles;
 pub use output::{Output, check_writable, names_directory};

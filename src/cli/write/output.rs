@@ -66,6 +66,13 @@ pub struct Output {
     format: Format,
 }
 
+/// Whether a new file's name has backslashes where a folder would need `/`.
+fn has_backslash(path: &Path) -> bool {
+    let with_slashes = path.to_string_lossy().replace('\\', "/");
+    let is_folder = Path::new(&with_slashes).parent().is_some_and(Path::is_dir);
+    !cfg!(windows) && path != Path::new(&with_slashes) && is_folder && !path.exists()
+}
+
 impl Output {
     /// Checks that a picture of `width` x `height` can be written to `path`, as far as that can be known
     /// without writing it. With `force` it may replace any file.
@@ -78,6 +85,10 @@ impl Output {
         (width, height): (u32, u32),
         force: bool,
     ) -> Result<Self, CliError> {
+        if *origin == Origin::Typed && has_backslash(path) {
+            let name = clip_path(path);
+            return Err(CliError::Usage(format!("{name}: write `/` instead of `\\`")));
+        }
         let (name, place, format) = if is_standard_input(path) {
             Self::stdout()?
         } else {

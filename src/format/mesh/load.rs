@@ -12,8 +12,8 @@ use super::{
         budget::Budget,
         files::{self, Companions},
         foreign, obj, off,
-        place::{LFS_POINTER, is_lfs_pointer},
-        ply,
+        place::{BYTE_ORDER_MARK, LFS_POINTER, is_lfs_pointer},
+        ply, scn,
         source::Opened,
         stl,
     },
@@ -21,7 +21,7 @@ use super::{
 };
 #[cfg(feature = "cli")]
 use super::{MeshAnimation, Shown};
-use crate::error::LoadError;
+use crate::error::{LoadError, clip_path};
 use std::path::{Path, PathBuf};
 
 /// Loads a mesh file and the files that it names.
@@ -128,6 +128,7 @@ pub(in crate::format) fn read(
     foreign::refuse(head, path, MeshFormat::EXPECTED)?;
     let format = MeshFormat::of(path, head);
     if let Some(format) = format {
+        check_name(format, path, head)?;
         check_moment(format, path, budget)?;
     }
     match format {
@@ -205,13 +206,46 @@ fn parse_budgeted(
 ) -> Result<LoadedMesh, LoadError> {
     foreign::refuse(&bytes, path, MeshFormat::EXPECTED)?;
     match MeshFormat::of(path, &bytes) {
-        Some(format) => far::read(budget, path, || parse_as(format, &bytes, path, open, budget)),
+        Some(format) => {
+            check_name(format, path, &bytes)?;
+            far::read(budget, path, || parse_as(format, &bytes, path, open, budget))
+        }
         None => Err(unknown_format(path)),
     }
 }
 
 fn unknown_format(path: &Path) -> LoadError {
-    LoadError::whole_file(path, format!("unknown kind of file, {}", MeshFormat::EXPECTED))
+    let unknown = || format!("unknown kind of file, {}", MeshFormat::EXPECTED);
+    LoadError::whole_file(path, foreign::fault_by_name(path).unwrap_or_else(unknown))
+}
+
+/// Refuses text that is evidently another mesh format than its extension says.
+fn check_name(format: MeshFormat, path: &Path, bytes: &[u8]) -> Result<(), LoadError> {
+    let head = bytes.get(..TEXT_HEAD).unwrap_or(bytes);
+    let head = head.strip_prefix(BYTE_ORDER_MARK).unwrap_or(head);
+    let is_stl = || head.starts_with(b"solid") && head.windows(6).any(|word| word == b"facet ");
+    let found = if head.contains(&0) {
+        return Ok(());
+    } else if head.trim_ascii_start().starts_with(b"{") {
+        MeshFormat::Gltf
+    } else if off::is_off(head) {
+        MeshFormat::Off
+    } else if is_stl() {
+        MeshFormat::Stl
+    } else if scn::is_obj(head) {
+        MeshFormat::Obj
+    } else {
+        return Ok(());
+    };
+    if found == format {
+        return Ok(());
+    }
+    let name = found.name();
+    let renamed = path.with_extension(name.to_ascii_lowercase());
+    let renamed = clip_path(Path::new(renamed.file_name().unwrap_or_default()));
+    let article = if found == MeshFormat::Gltf { "a" } else { "an" };
+    let message = format!("this looks like {article} {name} mesh; rename it to `{renamed}`");
+    Err(LoadError::whole_file(path, message))
 }
 
 /// Refuses a moment of an animation in a file that has none.

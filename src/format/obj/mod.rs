@@ -333,6 +333,25 @@ impl<'b> Obj<'b> {
         if self.has_smoothing_groups && self.normals.is_empty() {
             left_out.add("smoothing groups");
         }
+        let is_empty = self.corners.is_empty() && self.corners.small == 0;
+        if is_empty && self.line_elements + self.point_elements == 0 && !self.x.is_empty() {
+            let signs = [
+                (
+                    "usemtl",
+                    self.current.is_some() || !self.missing_materials.is_empty(),
+                ),
+                ("mtllib", !self.libraries.is_empty()),
+                ("vt", self.texture_coordinates > 0),
+                ("vn", !self.normals.is_empty()),
+            ];
+            let sign = signs.iter().find(|(_, is_there)| *is_there);
+            self.notes.extend(sign.map(|(word, _)| {
+                let path = clip_path(path);
+                format!(
+                    "{path}: no faces, but `{word}`: its vertices are shown as balls; is the file cut short?"
+                )
+            }));
+        }
         if let Some(first) = self.unknown.clone() {
             let at = SourcePos::in_text(path, text, first.start);
             let what = |lines: &str| {

@@ -3,7 +3,7 @@
 use super::{
     COMMENT_HINT,
     line::Line,
-    nearest::{list_or_end, nearest},
+    nearest::{list, list_or_end, nearest},
     words::Word,
 };
 use crate::{
@@ -33,6 +33,8 @@ pub(super) struct Arguments<'l, 'a> {
     pub(super) name: &'static str,
     /// A hint for errors about an unexpected word.
     pub(super) hint: &'static str,
+    /// Keys that the statement must have.
+    pub(super) needs: &'static [&'static str],
     words: &'l [Word<'a>],
     /// Keys taken so far.
     seen: Vec<&'static str>,
@@ -51,6 +53,7 @@ impl<'l, 'a> Arguments<'l, 'a> {
             usage,
             name,
             hint: "",
+            needs: &[],
             words,
             seen: Vec::new(),
         }
@@ -154,7 +157,11 @@ impl<'l, 'a> Arguments<'l, 'a> {
             None => format!(
                 "found {found} in `{}`, expected {}{}",
                 self.name,
-                list_or_end(keys),
+                if self.needs.iter().all(|key| self.seen.contains(key)) {
+                    list_or_end(keys)
+                } else {
+                    list(keys)
+                },
                 self.hint
             ),
         };
@@ -198,7 +205,13 @@ impl<'l, 'a> Arguments<'l, 'a> {
 
     fn not_a_number(&self, word: Word<'_>, what: &str, is_number: bool) -> LoadError {
         let expected = if is_number { "a finite number" } else { "a number" };
-        let message = format!("{what} is {}, expected {expected}", quote(word.text));
+        let text = word.as_str().unwrap_or_default();
+        let point = text.replacen(',', ".", 1);
+        let hint = match point.parse::<f64>() {
+            Ok(_) if point != text => format!(" such as {point}"),
+            _ => String::new(),
+        };
+        let message = format!("{what} is {}, expected {expected}{hint}", quote(word.text));
         self.line.error_at(&word, message)
     }
 

@@ -45,7 +45,13 @@ impl<'a> Places<'a> {
 
 impl Reader<'_> {
     pub(super) fn camera(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        arguments.needs = &["eye", "target"];
         let name = camera_name(&mut arguments, &KEYS)?;
+        let is_plain = name.is_some_and(|name| !name.quoted);
+        let next = arguments.peek().map_or(&b""[..], |next| next.text);
+        if is_plain && !KEYS.iter().any(|key| key.as_bytes() == next) {
+            arguments.hint = " (put double quotes around a name with spaces)";
+        }
         let end = name.unwrap_or(arguments.keyword).end();
         let (view, places) = view(&mut arguments, end, None)?;
         let camera = checked(&arguments, &view, &places)?;

@@ -105,6 +105,7 @@ impl Reader<'_> {
         let words: [Word<'_>; 3] = arguments.leading()?;
         let names = ["x", "y", "z"];
         let point = arguments.numbers3(words, names)?;
+        arguments.needs = &["normal"];
         let Some((key, _)) = arguments.key_once(&["normal"])? else {
             return Err(arguments.missing("normal", words[2].end()));
         };

@@ -151,27 +151,25 @@ fn counts() {
 
 #[test]
 fn numbers() {
-    assert_eq!(fault("sphere 0 0,5 0 1"), "1:10: y is `0,5`, expected a number");
-    assert_eq!(
-        fault("sphere 0 0 nan 1"),
-        "1:12: z is `nan`, expected a finite number"
-    );
-    assert_eq!(
-        fault("light -inf 0 0 1"),
-        "1:7: x is `-inf`, expected a finite number"
-    );
-    assert_eq!(
-        fault("light 0 0 0 1e999"),
-        "1:13: intensity is `1e999`, expected a finite number"
-    );
-    assert_eq!(
-        fault("light 0 1e30 0 1"),
-        "1:9: y is 1e30, but numbers above 1e9 are not supported"
-    );
-    assert_eq!(
-        fault("sphere 0 0 0 0"),
-        "1:14: radius is 0, expected a number above 0"
-    );
+    for (text, report) in [
+        (
+            "sphere 0 0,5 0 1",
+            "1:10: y is `0,5`, expected a number such as 0.5",
+        ),
+        ("sphere 0 0 nan 1", "1:12: z is `nan`, expected a finite number"),
+        ("light -inf 0 0 1", "1:7: x is `-inf`, expected a finite number"),
+        (
+            "light 0 0 0 1e999",
+            "1:13: intensity is `1e999`, expected a finite number",
+        ),
+        (
+            "light 0 1e30 0 1",
+            "1:9: y is 1e30, but numbers above 1e9 are not supported",
+        ),
+        ("sphere 0 0 0 0", "1:14: radius is 0, expected a number above 0"),
+    ] {
+        assert_eq!(fault(text), report);
+    }
     assert_eq!(
         fault("sphere 0 0 0 -0.5"),
         "1:14: radius is -0.5, expected a number above 0"
