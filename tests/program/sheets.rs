@@ -84,7 +84,7 @@ fn what_sheets_cannot_be_is_refused() {
     for (options, expected) in [
         ("--sheet 0", "0"),
         ("--sheet 2 -o {stem}.png", "leave out {stem}"),
-        ("--sheet 2 -o a-#.png", "leave out {stem}, {folder} and #"),
+        ("--sheet 2 -o a-#.png", "leave out {stem}, {folder}, {pose} and #"),
         ("--sheet 2 -o a.exr", "8 bits"),
         ("--sheet 2 -o a.gif --turntable 3", "8 bits"),
         ("--sheet 2 --aov depth", "AOVs"),

@@ -21,7 +21,9 @@ pub use input::{
 };
 pub use job::{Engine, JobPlan};
 pub use keyframes::keyframes;
-pub use names::{Origin, PicturePath, aov as aov_path, expand, has_number, stem, unknown_placeholder};
+pub use names::{
+    Origin, PicturePath, aov as aov_path, expand, has_number, of_frame, stem, unknown_placeholder,
+};
 pub use poses::{PoseFile, PoseFiles, Poses, SavedPoses};
 pub use render::{
     CompareOptions, Frame, Job, Look, Looks, PictureOptions, Pictures, Planned, RenderPlan, SheetPlan,
