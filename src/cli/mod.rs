@@ -72,6 +72,6 @@ pub fn parse_value(option: &str, text: &str) -> Result<Vec<f64>, String> {
 #[doc(hidden)]
 #[must_use]
 pub fn named(pattern: &str, scene: &str, number: Option<u32>) -> String {
-    let name = plan::expand(pattern.as_ref(), scene.as_ref(), number);
+    let name = plan::expand(pattern.as_ref(), scene.as_ref(), number, None);
     name.to_string_lossy().into_owned()
 }

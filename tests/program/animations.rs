@@ -1,6 +1,6 @@
 //! Animations: all frames of a turntable in one file.
 
-use crate::program::Folder;
+use crate::program::{Folder, shipped_mesh};
 use image::{
     AnimationDecoder, ImageResult, RgbImage,
     codecs::{gif::GifDecoder, png::PngDecoder},
@@ -70,6 +70,25 @@ fn animations_have_the_frames_of_the_turntable() {
     // In a pipe it is Y4M.
     let run = folder.run(&["a.scn", SMALL, "--srgb", "--turntable=5", "--fps=10", "-o", "-"]);
     assert_eq!(run.succeeded().stdout, bytes);
+}
+
+/// GIF's palette is chosen from all pixels of a small picture.
+#[test]
+fn small_gifs_keep_colours() {
+    let folder = Folder::new();
+    let vase = shipped_mesh("vase.obj");
+    for output in ["f.gif", "p#.png"] {
+        let call = [&vase, "--turntable=7", "--size=41x33", "-o", output];
+        folder.run(&call).succeeded();
+    }
+    let bytes = fs::read(folder.path("f.gif")).expect("an animation");
+    let found = frames(GifDecoder::new(Cursor::new(bytes)).expect("GIF"));
+    for (i, found) in found.iter().enumerate() {
+        let picture = image::open(folder.path(&format!("p{}.png", i + 1))).expect("a picture");
+        let difference = largest_difference(found, &picture.into_rgb8());
+        assert!(difference <= 2, "{i}: {difference}");
+    }
+    assert_eq!(found.len(), 7);
 }
 
 #[test]

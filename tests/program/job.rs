@@ -80,7 +80,14 @@ fn tiles_of_a_picture() {
         for name in ["a.png", "a.depth.png", "a.id.png"] {
             fs::remove_file(folder.path(name)).expect("a file");
         }
-        assert_eq!(shell(&folder, "cd /; sh \"$OLDPWD\"/farm/run.sh").code, Some(0));
+        let run = "cd /; sh \"$OLDPWD\"/farm/run.sh";
+        assert_eq!(shell(&folder, run).code, Some(0));
+        assert_same(&folder, "a.png", "whole.png");
+        // Again, without a tile and the picture.
+        for name in ["a.png", "farm/tiles/20-15.png"] {
+            fs::remove_file(folder.path(name)).expect("a file");
+        }
+        assert_eq!(shell(&folder, run).code, Some(0));
         assert_same(&folder, "a.png", "whole.png");
     } else {
         println!("skipped: this needs GNU parallel");
@@ -249,6 +256,122 @@ fn a_template_for_openjd() {
     assert_same(&folder, "a.png", "whole.png");
     let broken = "sed -i s/octray/false/ farm/commands.txt; sh farm/task.sh 1";
     assert_eq!(shell(&folder, broken).code, Some(1));
+}
+
+/// The pictures that a job leaves as they are.
+#[test]
+fn pictures_that_exist() {
+    let folder = Folder::new();
+    let job = "job a.scn -s 8x6 --turntable 3 -o a-#.png --aov depth --for parallel";
+    let warned = |options: &str, words: &str| {
+        let run = folder.run_line(&format!("{job} {options}"));
+        assert_eq!(run.code, Some(0), "{run:?}");
+        assert_eq!(run.stderr, words);
+    };
+    warned("--into none", "");
+    folder
+        .run_line("a.scn -s 8x6 --turntable 3 --frames 1-2 -o a-#.png --aov depth -q")
+        .succeeded();
+    let words = "warning: 2 of 3 pictures exist and stay; remove them to render them again\n";
+    warned("--into two", words);
+    warned("--into quiet --quiet", "");
+    warned("--into skipped --skip-existing", "");
+    // Its tiles are merged into a new one.
+    warned("--into tiles --tiles 1x1", "");
+    let line = format!("{job} --into force --force");
+    folder.fails(
+        &line.split(' ').collect::<Vec<_>>(),
+        2,
+        "--force: 2 of 3 pictures exist, and the tasks of a job leave them; remove them first",
+    );
+    // One whose AOV is missing does not exist: its task makes both.
+    let picture = fs::read(folder.path("a-2.png")).expect("a picture");
+    fs::remove_file(folder.path("a-2.depth.png")).expect("an AOV");
+    warned("--into one", &words.replace('2', "1"));
+    run_lines(&folder, "one/commands.txt");
+    assert!(folder.path("a-2.depth.png").exists() && folder.path("a-3.png").exists());
+    assert!(fs::read(folder.path("a-2.png")).expect("a picture") == picture);
+}
+
+#[test]
+fn skipped_scenes() {
+    let folder = Folder::new();
+    let job = "job no.scn -o {stem}.png --keep-going --for slurm --into farm";
+    let run = folder.run_line(job);
+    let expected = "error: skipped: no.scn: file not found\nerror: 1 scene was skipped\n";
+    assert_eq!((run.code, run.stderr.as_str()), (Some(1), expected));
+    assert!(!folder.path("farm").exists());
+    let run = folder.run_line(&format!("{job} a.scn -s 8x6"));
+    assert_eq!((run.code, run.stderr.as_str()), (Some(1), expected));
+    assert!(read(&folder, "farm/commands.txt").ends_with(" -- a.scn\n"));
+}
+
+/// A job is written whole or not at all, and never taken for an option.
+#[test]
+fn folders_of_jobs() {
+    let folder = Folder::new();
+    let job = "a.scn -s 8x6 -o a.png --tiles 1x1";
+    for (script, words) in [
+        (
+            format!(
+                "mkdir \"$(printf 'a\\tb')\"; cp a.scn a*b; cd a*b; \"$0\" job {job} --for openjd --into new/farm"
+            ),
+            "a name with control characters cannot be written into a job",
+        ),
+        (
+            format!("\"$0\" job {job} --for slurm --into 'new\\farm'"),
+            "--into new\\farm/: Slurm takes no \\ in the names of its logs",
+        ),
+        // The template does not fit, whatever the shell counts in.
+        (
+            format!("trap '' XFSZ; ulimit -f 1; exec \"$0\" job {job} --for openjd --into new/farm"),
+            "cannot write new/farm/template.yaml",
+        ),
+    ] {
+        folder
+            .shell(&script)
+            .failed(1 + i32::from(!words.contains("write new")), words);
+        let left = folder.shell("find . -name 'new*' -o -name farm");
+        assert_eq!(left.text(), "", "{script}");
+    }
+    folder
+        .run_line(&format!("job {job} --for slurm --into=-j"))
+        .succeeded();
+    let run = shell(
+        &folder,
+        "SLURM_ARRAY_TASK_ID=1 sh ./-j/tasks.sbatch; sh ./-j/merge.sbatch",
+    );
+    assert_eq!(run.succeeded().text(), "progress: 100\n");
+    assert!(folder.path("a.png").exists());
+    let submit = read(&folder, "-j/submit.sh");
+    assert!(
+        submit.contains("./-j/%A_%a.log") && submit.contains(" ./-j/tasks.sbatch"),
+        "{submit}"
+    );
+}
+
+/// Defaults of the config file that no job takes.
+#[test]
+fn ignored_defaults() {
+    let folder = Folder::new();
+    let config = "json = 'x.json'\nstats = true\ncrop = '0,0,4,4'\n";
+    folder.write("c.toml", config);
+    folder.write(
+        "d.toml",
+        "save-poses = 'p.json'\ncompare = 'b.png'\ntolerance = 3\nsamples = 4\n",
+    );
+    folder.write("e.toml", "sheet = 2\n");
+    for name in ["c", "d", "e"] {
+        let job = format!("job a.scn -s 8x6 -o a.png --for slurm --into {name} --config {name}.toml");
+        folder.run_line(&job).succeeded();
+        run_lines(&folder, &format!("{name}/commands.txt"));
+        run_lines(&folder, &format!("{name}/merge.txt"));
+    }
+    assert!(read(&folder, "d/commands.txt").starts_with(
+        "octray render --no-config --quiet --skip-existing --size=8x6 --samples=4 --crop='0,0,2,1' "
+    ));
+    let job = "job a.scn --for slurm --into f --config c.toml --json y.json";
+    folder.fails(&job.split(' ').collect::<Vec<_>>(), 2, "--json cannot be used");
 }
 
 #[test]

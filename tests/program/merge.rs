@@ -142,6 +142,10 @@ fn overlapping_tiles_may_agree() {
         .run_line("merge a.png b.png -o d.png --skip-existing")
         .succeeded();
     assert_eq!(read(&folder, "d.png"), b"kept");
+    // Its tiles may be gone.
+    folder
+        .run_line("merge gone.png -o d.png --skip-existing")
+        .succeeded();
     folder.run_line("merge a.png b.png -o d.png").succeeded();
     assert!(read(&folder, "d.png") == read(&folder, "whole.png"));
 }

@@ -34,6 +34,51 @@ fn read(folder: &Folder, name: &str) -> Vec<u8> {
     fs::read(folder.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
+/// Beside a moving scene, a still one has one frame, whose number is written out.
+#[test]
+fn jobs_of_moving_and_still_scenes() {
+    let folder = folder();
+    let scenes = format!("m.scn a.scn {SMALL} --fps 9");
+    let all = (1..=6)
+        .map(|i| format!("m-{i}.png"))
+        .chain(["a-1.png".to_owned()]);
+    folder
+        .run_line(&format!("{scenes} -o w-{{stem}}-#.png --quiet"))
+        .succeeded();
+    for (into, options, prefix) in [
+        ("frames", "-o f-{stem}-#.png --chunk 4", "f-"),
+        ("tiles", "-o t-{stem}-#.png --tiles 2x1", "t-"),
+    ] {
+        folder
+            .run_line(&format!("job {scenes} {options} --for slurm --into {into}"))
+            .succeeded();
+        for file in ["commands.txt", "merge.txt"] {
+            let commands = fs::read_to_string(folder.path(into).join(file)).unwrap_or_default();
+            for command in commands.lines() {
+                folder.shell(&command.replacen("octray", "\"$0\"", 1)).succeeded();
+            }
+        }
+        for name in all.clone() {
+            assert!(
+                read(&folder, &format!("{prefix}{name}")) == read(&folder, &format!("w-{name}")),
+                "{prefix}{name}"
+            );
+        }
+    }
+    // Without -o.
+    folder
+        .run_line(&format!(
+            "job m.scn a.scn {SMALL} --frames 1-1 --for slurm --into default"
+        ))
+        .succeeded();
+    let commands = fs::read_to_string(folder.path("default/commands.txt")).expect("commands");
+    for command in commands.lines() {
+        folder.shell(&command.replacen("octray", "\"$0\"", 1)).succeeded();
+    }
+    assert!(read(&folder, "a-0001.png") == read(&folder, "w-a-1.png"));
+    assert!(read(&folder, "m-0001.png") == read(&folder, "w-m-1.png"));
+}
+
 #[test]
 fn frames_are_the_same_in_any_call() {
     let folder = folder();

@@ -247,3 +247,25 @@ fn generated_files_replace_only_generated_ones() {
         assert!(read(&folder, name) == own);
     }
 }
+
+/// A picture without its AOV is rendered again, if it is octray's own.
+#[test]
+fn missing_aovs_are_made() {
+    let folder = Folder::new();
+    let call = "a.scn --size 8x6 -o b.png --skip-existing";
+    folder.run_line(call).succeeded();
+    let picture = read(&folder, "b.png");
+    folder.run_line(&format!("{call} --aov z,mask")).succeeded();
+    assert_eq!(folder.names(), ["a.scn", "b.mask.png", "b.png", "b.z.png"]);
+    assert!(read(&folder, "b.png") == picture);
+    fs::remove_file(folder.path("b.mask.png")).expect("an AOV");
+    folder.write("b.png", "somebody's");
+    let line = format!("{call} --aov z,mask");
+    folder.fails(
+        &line.split(' ').collect::<Vec<_>>(),
+        1,
+        "b.png exists and was not written by octray",
+    );
+    folder.run_line(call).succeeded();
+    assert_eq!(read(&folder, "b.png"), b"somebody's");
+}

@@ -62,6 +62,41 @@ fn saved_poses_make_the_same_pictures() {
     assert_eq!(read(&folder, "a-0004.png"), read(&folder, "r_4.png"));
 }
 
+/// Names of poses are no patterns, and an animation holds all of them.
+#[test]
+fn names_of_poses() {
+    let folder = Folder::new();
+    let matrix = r#""transform_matrix":[[1,0,0,0],[0,0,-1,-4],[0,1,0,0],[0,0,0,1]]"#;
+    let frames = ["a#b.png", "{stem}.png", "c.png"]
+        .map(|name| format!(r#"{{"file_path":"{name}",{matrix}}}"#))
+        .join(",");
+    // As an editor of Windows writes it.
+    folder.write(
+        "t.json",
+        &format!("\u{feff}{{\"camera_angle_x\":0.8,\"frames\":[{frames}]}}"),
+    );
+    let call = "a.scn --size 8x6 --poses t.json";
+    folder.run_line(&format!("{call} -o h_{{pose}}.png")).succeeded();
+    assert_eq!(
+        folder.names(),
+        ["a.scn", "h_a#b.png", "h_c.png", "h_{stem}.png", "t.json"]
+    );
+    let run = folder.run_line(&format!(
+        "{call} -o again.png --frames 1 --compare h_{{pose}}.png"
+    ));
+    assert!(run.stderr.contains("again.png agrees with h_a#b.png"), "{run:?}");
+    for (options, words) in [
+        ("-o {pose}.gif", "leave out {pose}"),
+        (
+            "-o {pose}.png --sheet 2",
+            "leave out {stem}, {folder}, {pose} and #",
+        ),
+    ] {
+        let line = format!("{call} {options}");
+        folder.fails(&line.split(' ').collect::<Vec<_>>(), 2, words);
+    }
+}
+
 /// The paths in the file lead from its own folder to the pictures, whatever way they were named.
 #[test]
 fn saved_paths_start_at_the_file_of_poses() {

@@ -55,7 +55,8 @@ pub struct WithDefaults {
     pub options: Vec<String>,
 }
 
-/// A parsed command line of `render` with the config file's defaults added; `None` if there is no file.
+/// A parsed command line of `render` with the config file's defaults added, except for the options with the ids `ignored`;
+/// `None` if there is no file.
 ///
 /// # Errors
 /// [`CliError::Load`], with the place of the fault: file not found, invalid TOML, an unknown option, an invalid value.
@@ -63,6 +64,7 @@ pub fn with_defaults(
     arguments: &[OsString],
     matches: &ArgMatches,
     args: &ConfigArgs,
+    ignored: &[&str],
 ) -> Result<Option<WithDefaults>, CliError> {
     let Some(path) = args.path() else {
         return Ok(None);
@@ -73,7 +75,9 @@ pub fn with_defaults(
     let given = |id: &str| matches.value_source(id) == Some(ValueSource::CommandLine);
     let kept = defaults.into_iter().filter(|default| {
         // The command line wins, also over options that it excludes.
-        !given(&default.id) && !default.excludes.iter().any(|id| given(id))
+        !given(&default.id)
+            && !default.excludes.iter().any(|id| given(id))
+            && !ignored.contains(&default.id.as_str())
     });
     let kept = kept.filter_map(|default| Some((default.argument?, default.id)));
     let (added, options): (Vec<_>, Vec<_>) = kept.unzip();

@@ -45,7 +45,7 @@ Examples:
   octray render a.scn --turntable 50 -o turn.gif    an animation; also .apng and .y4m
   octray render gears.scn -o gears.gif              all frames of an animated scene
   octray render gears.scn --frames 1-24 -o g-##.png
-  octray render a.scn --turntable 250 -o - | ffmpeg -i - turn.mp4
+  octray render a.scn --turntable 250 -o - | ffmpeg -i - -pix_fmt yuv420p turn.mp4
   octray render a.scn --compare a.png --tolerance 2 -o new.png
                                                     exits with 5 if the picture differs
   octray render - -o bunny.png < bunny.ply          a mesh or a scene from standard input";

@@ -9,15 +9,29 @@ use clap::{ArgAction, ArgMatches, Args, parser::ValueSource};
 use std::path::{Path, PathBuf};
 
 /// Options of `octray render` that tasks have of their own, or do not need.
-const LEFT_OUT: [&str; 8] = [
+const LEFT_OUT: [&str; 9] = [
     "output",
     "frames",
+    "fps",
     "skip_existing",
     "quiet",
     "config",
     "no_config",
     "help",
     "version",
+];
+
+/// Options of `octray render` that a job refuses, and those that need them: a default for calls is not meant for jobs.
+pub(super) const IGNORED_DEFAULTS: [&str; 9] = [
+    "crop",
+    "sheet",
+    "save_poses",
+    "compare",
+    "tolerance",
+    "allow_pixels",
+    "difference",
+    "stats",
+    "json",
 ];
 
 /// Arguments of `octray job`.

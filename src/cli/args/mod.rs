@@ -107,7 +107,9 @@ pub fn plan(arguments: Vec<OsString>) -> Result<Option<Plan>, CliError> {
         Err(answer) => return show(answer, &arguments),
     };
     let read = |args: &render::RenderArgs| match matches.subcommand() {
-        Some((_, given)) => config::with_defaults(&arguments, given, &args.config),
+        Some((_, given)) => {
+            config::with_defaults(&arguments, given, &args.config, cli.command.ignored_defaults())
+        }
         None => Ok(None),
     };
     if let Some(with_defaults) = cli.command.render().map_or(Ok(None), read)? {
@@ -139,6 +141,14 @@ impl Command {
             Self::Render(args) => Some(args),
             Self::Job(args) => Some(&mut args.render),
             _ => None,
+        }
+    }
+
+    /// The ids of options whose defaults in a config file are not for this command.
+    fn ignored_defaults(&self) -> &'static [&'static str] {
+        match self {
+            Self::Job(_) => &job::IGNORED_DEFAULTS,
+            _ => &[],
         }
     }
 

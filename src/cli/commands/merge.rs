@@ -30,6 +30,10 @@ struct Json<'a> {
 /// [`CliError`]; the picture's file is then unchanged.
 pub fn run(plan: &MergePlan, start: Instant) -> Result<(), CliError> {
     let interrupt = Interrupt::install()?;
+    // Before the tiles are looked at, which may be gone by then. The picture's size does not matter here.
+    if plan.skip_existing && Output::prepare(&plan.output, (1, 1), false)?.exists() {
+        return Ok(());
+    }
     let tiles = Tiles::open(&plan.tiles, plan.memory)?;
     let [width, height] = tiles.size()?;
     let output = Output::prepare(&plan.output, (width, height), false)?.synced_if(plan.skip_existing);
@@ -47,9 +51,6 @@ pub fn run(plan: &MergePlan, start: Instant) -> Result<(), CliError> {
             "both the picture and the JSON would be written to {}",
             output.name()
         )));
-    }
-    if plan.skip_existing && output.exists() {
-        return Ok(());
     }
     let mut inputs = Inputs::default();
     for tile in &plan.tiles {

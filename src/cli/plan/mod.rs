@@ -6,6 +6,7 @@ mod choice;
 mod input;
 mod job;
 mod keyframes;
+mod look;
 mod misplaced;
 mod names;
 mod places;
@@ -22,11 +23,11 @@ pub use input::{
 };
 pub use job::{Engine, JobPlan};
 pub use keyframes::{Keyframes, Playback, Playing, keyframes};
-pub use names::{Origin, PicturePath, aov as aov_path, check_pattern, expand, has_number, stem};
+pub use look::{Look, Looks, PictureOptions};
+pub use names::{Origin, PicturePath, aov as aov_path, check_pattern, expand, has_number, of_frame, stem};
 pub use poses::{PoseFile, PoseFiles, Poses, SavedPoses};
 pub use render::{
-    CompareOptions, Frame, Job, Look, Looks, PictureOptions, Pictures, Planned, RenderPlan, SheetPlan,
-    check_inputs, objection,
+    CompareOptions, Frame, Job, Pictures, Planned, RenderPlan, SheetPlan, check_inputs, objection,
 };
 pub use turntable::{FrameRange, Orbit, Turn, Turntable};
 

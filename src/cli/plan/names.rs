@@ -1,5 +1,5 @@
-//! Names of pictures, made from patterns: `{stem}` is the scene's name, `{folder}` that of its folder, a run of `#` the
-//! frame's number.
+//! Names of pictures, made from patterns: `{stem}` is the scene's name, `{folder}` that of its folder, `{pose}` that of the
+//! frame's pose, a run of `#` the frame's number.
 
 use super::{Turn, is_standard_input};
 use crate::error::clip;
@@ -32,10 +32,14 @@ pub enum Origin {
     Derived,
 }
 
-/// The path of a scene's picture: `pattern`, else a name after the scene in the current folder.
-pub fn picture(pattern: Option<&Path>, scene: &Path, turn: Option<Turn>) -> PicturePath {
+/// The name of a frame if the user gives none.
+const DEFAULT_OF_FRAMES: &str = "{stem}-####.png";
+
+/// The path of a scene's picture: `pattern`, else a name after the scene in the current folder. `pose` is the name of the
+/// frame's pose.
+pub fn picture(pattern: Option<&Path>, scene: &Path, turn: Option<Turn>, pose: Option<&str>) -> PicturePath {
     let default = if turn.is_some() {
-        "{stem}-####.png"
+        DEFAULT_OF_FRAMES
     } else {
         "{stem}.png"
     };
@@ -43,6 +47,7 @@ pub fn picture(pattern: Option<&Path>, scene: &Path, turn: Option<Turn>) -> Pict
         pattern.unwrap_or(Path::new(default)),
         scene,
         turn.map(|turn| turn.number),
+        pose,
     );
     PicturePath {
         origin: if pattern == Some(&path) {
@@ -60,11 +65,12 @@ pub fn difference(
     beside_picture: Option<&PicturePath>,
     scene: &Path,
     turn: Option<Turn>,
+    pose: Option<&str>,
 ) -> PicturePath {
     match (pattern, beside_picture) {
-        (Some(_), _) => picture(pattern, scene, turn),
+        (Some(_), _) => picture(pattern, scene, turn, pose),
         (None, Some(PicturePath { path, .. })) => beside(path, "-difference", "png"),
-        (None, None) => beside(&picture(None, scene, turn).path, "-difference", "png"),
+        (None, None) => beside(&picture(None, scene, turn, pose).path, "-difference", "png"),
     }
 }
 
@@ -81,7 +87,7 @@ const STEM: &str = "{stem}";
 const FOLDER: &str = "{folder}";
 
 /// Stands for the name of a pose.
-pub(super) const POSE: &str = "{pose}";
+const POSE: &str = "{pose}";
 
 /// Refuses placeholders in a picture's name that octray does not replace, and says what it has instead.
 ///
@@ -157,13 +163,14 @@ pub fn stem(scene: &Path) -> &OsStr {
 }
 
 /// The name that a pattern gives. The last run of `#` in the file's name (not in its folder's) becomes `number`, padded
-/// with zeros to the run's length; without a number it stays. A pattern that is not UTF-8 is a name.
-pub fn expand(pattern: &Path, scene: &Path, number: Option<u32>) -> PathBuf {
+/// with zeros to the run's length; without a number it stays, and so does `{pose}` without a pose. A pattern that is not
+/// UTF-8 is a name.
+pub fn expand(pattern: &Path, scene: &Path, number: Option<u32>, pose: Option<&str>) -> PathBuf {
     let Some(text) = pattern.to_str() else {
         return pattern.to_owned();
     };
     let numbered = number.and_then(|number| with_number(text, number));
-    // The scene's names come last, so that a `#` in them stays as it is. They need not be UTF-8.
+    // Names come last, so that a `#` in them stays as it is. Those of the scene need not be UTF-8.
     let mut name = OsString::new();
     let mut rest = numbered.as_deref().unwrap_or(text);
     while let Some(start) = rest.find('{') {
@@ -174,6 +181,9 @@ pub fn expand(pattern: &Path, scene: &Path, number: Option<u32>) -> PathBuf {
             after
         } else if let Some(after) = after.strip_prefix(FOLDER) {
             name.push(folder(scene));
+            after
+        } else if let Some((after, pose)) = after.strip_prefix(POSE).zip(pose) {
+            name.push(pose);
             after
         } else {
             name.push("{");
@@ -189,6 +199,12 @@ pub fn has_number(pattern: &Path) -> bool {
     pattern
         .to_str()
         .is_some_and(|text| with_number(text, 1).is_some())
+}
+
+/// The pattern of a scene's frames, that of `--output` or the default, as it is for one frame alone.
+pub fn of_frame(pattern: Option<&str>, number: u32) -> String {
+    let pattern = pattern.unwrap_or(DEFAULT_OF_FRAMES);
+    with_number(pattern, number).unwrap_or_else(|| pattern.to_owned())
 }
 
 fn with_number(pattern: &str, number: u32) -> Option<String> {

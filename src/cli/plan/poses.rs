@@ -11,7 +11,7 @@ pub use saved::{PoseFiles, SavedPoses};
 
 use crate::{
     cli::{CliError, plan::stem},
-    error::{LoadError, clip_path, io_reason},
+    error::{LoadError, clip, clip_path, io_reason},
     format::open_file,
     scene::{Camera, Projection, View},
 };
@@ -121,7 +121,13 @@ impl PoseFile {
         for (i, frame) in self.frames.iter().enumerate() {
             let camera = frame.camera(f64::from(size[0]) / f64::from(size[1]));
             let camera = camera.map_err(|why| {
-                let why = format!("frames[{i}]: {why}");
+                // Those of COLMAP are sorted.
+                let which = if colmap::is_images(&self.path) {
+                    clip(&frame.file_path)
+                } else {
+                    format!("frames[{i}]")
+                };
+                let why = format!("{which}: {why}");
                 CliError::Load(LoadError::whole_file(&self.path, why))
             })?;
             let name = stem(Path::new(&frame.file_path)).to_string_lossy();
@@ -148,6 +154,7 @@ impl PoseFile {
         let mut lenses = self.frames.iter().map(|frame| &frame.lens);
         let is_unknown = lenses.clone().any(|lens| lens.model() == Model::Unknown);
         let is_unplaced = lenses.clone().any(Lens::is_unplaced);
+        let is_mirrored = self.frames.iter().any(Frame::is_mirrored);
         let other = lenses.find(|lens| is_other_shape(lens) == Some(true));
         let mut notes = Vec::new();
         if is_unknown {
@@ -158,6 +165,11 @@ impl PoseFile {
         if is_unplaced {
             notes.push(format!(
                 "{path}: left out: a principal point without the size `w` and `h` of its picture"
+            ));
+        }
+        if is_mirrored {
+            notes.push(format!(
+                "{path}: left out: mirroring (a transform_matrix has an x axis that points to the left of the picture)"
             ));
         }
         if let Some([w, h]) = other.and_then(Lens::size) {
@@ -174,12 +186,14 @@ impl PoseFile {
 fn transforms(path: &Path) -> Result<Transforms, LoadError> {
     let whole = |message: String| LoadError::whole_file(path, message);
     let text = read(path).map_err(|error| whole(io_reason(&error)))?;
+    // A byte order mark.
+    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&text);
     if text.trim_ascii().is_empty() {
         return Err(whole(
             "the file is empty, expected a NeRF transforms.json".to_owned(),
         ));
     }
-    serde_json::from_slice(&text).map_err(|error| {
+    serde_json::from_slice(text).map_err(|error| {
         let place = [error.line(), error.column()];
         let message = error.to_string();
         let what = if text.trim_ascii_start().starts_with(b"{") {
@@ -192,8 +206,20 @@ fn transforms(path: &Path) -> Result<Transforms, LoadError> {
 }
 
 impl Frame {
+    /// Whether the matrix is left-handed.
+    fn is_mirrored(&self) -> bool {
+        let Some(&[x, y, z]) = self.transform_matrix.get(..3) else {
+            return false;
+        };
+        let column = |i: usize| DVec3::new(x[i], y[i], z[i]);
+        column(0).dot(column(1).cross(column(2))) < 0.0
+    }
+
     /// The camera, for pictures of that width over height.
     fn camera(&self, aspect: f64) -> Result<Camera, String> {
+        if let Some(why) = self.lens.fault_of_size() {
+            return Err(why);
+        }
         let fov = self.lens.fov(aspect).ok_or(
             "no field of view: expected `fl_y` and `h`, or `camera_angle_x` in radians, from 0 to pi",
         )?;
@@ -206,6 +232,16 @@ impl Frame {
                 ));
             }
         };
+        if let Some(last) = self.transform_matrix.get(3)
+            && last
+                .iter()
+                .zip([0.0, 0.0, 0.0, 1.0])
+                .any(|(a, b)| (a - b).abs() > 1e-6)
+        {
+            return Err(format!(
+                "the last row of transform_matrix is {last:?}, expected [0, 0, 0, 1]: rows and columns may be exchanged"
+            ));
+        }
         let column = |i: usize| DVec3::new(x[i], y[i], z[i]);
         let eye = column(3);
         let forward = -column(2).normalize_or_zero();

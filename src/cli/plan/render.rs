@@ -1,8 +1,8 @@
 //! What `octray render` does: for each scene one picture, or a series of frames.
 
 use super::{
-    Build, CameraOptions, InputPlan, JsonTarget, Keyframes, MeshOptions, Orbit, Poses, Turn, Turntable,
-    misplaced,
+    Build, CameraOptions, InputPlan, JsonTarget, Keyframes, Look, Looks, MeshOptions, Orbit, Poses, Turn,
+    Turntable, misplaced,
     names::{self, Origin, PicturePath},
     places::Places,
 };
@@ -10,9 +10,9 @@ use crate::{
     cli::{
         CliError,
         load::memory::{self, PixelBytes},
-        write::{AovFiles, AovKind, Comparison, Inputs, Output, sheet_size},
+        write::{AovFiles, Comparison, Inputs, Output, sheet_size},
     },
-    render::{Settings, Transfer},
+    render::Transfer,
 };
 use std::{
     path::{Path, PathBuf},
@@ -48,28 +48,6 @@ pub struct RenderPlan {
     /// Where the figures of all pictures go as JSON.
     pub json: Option<JsonTarget>,
     pub quiet: bool,
-}
-
-/// How pictures are made.
-#[derive(Debug, PartialEq)]
-pub struct Look {
-    pub settings: Settings,
-    pub picture: PictureOptions,
-}
-
-/// The looks of scenes and of meshes. Both have the same size, crop and AOVs, and that of meshes takes at least as much
-/// memory.
-#[derive(Debug)]
-pub struct Looks {
-    pub scene: Look,
-    pub mesh: Look,
-}
-
-impl Looks {
-    /// The look of a mesh, or of a scene.
-    pub fn of(&self, is_mesh: bool) -> &Look {
-        if is_mesh { &self.mesh } else { &self.scene }
-    }
 }
 
 /// The pictures of one scene.
@@ -147,16 +125,11 @@ pub struct Frame {
     pub comparison: Option<Comparison>,
 }
 
-/// What the pixels hold.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PictureOptions {
-    /// How linear channels become bytes.
-    pub transfer: Transfer,
-    /// Pixels that show nothing get alpha 0.
-    pub transparent: bool,
-    pub aovs: Vec<AovKind>,
-    /// Units of a step of depth in a PNG file.
-    pub z_step: f64,
+impl Frame {
+    /// Whether the picture and its AOVs exist.
+    pub fn exists(&self) -> bool {
+        self.output.exists() && self.aovs.files().iter().all(Output::exists)
+    }
 }
 
 /// The most pictures of a call: all of their places are checked before the first is rendered.
@@ -329,8 +302,8 @@ impl Pictures<'_> {
         };
         let output = Output::prepare(&path.typed_if(self.is_typed), self.size(), self.force)?
             .synced_if(self.skip_existing);
-        let has_pose = pattern.to_str().is_some_and(|text| text.contains(names::POSE));
-        let why = if has_pose || names::expand(pattern, scene, Some(1)) != pattern {
+        let pose = self.pose(Some(Turn { number: 1, count: 1 }));
+        let why = if names::expand(pattern, scene, Some(1), pose) != pattern {
             "a sheet is one picture; leave out {stem}, {folder}, {pose} and #"
         } else if output.is_animation() || output.is_exr() {
             "a sheet has 8 bits per channel; name a picture such as sheet.png"
@@ -400,7 +373,7 @@ impl Pictures<'_> {
                 },
                 None => self.frame(scene, turn, places)?,
             };
-            if !(self.skip_existing && frame.output.exists()) {
+            if !(self.skip_existing && frame.exists()) {
                 frames.push(frame);
             } else if frame.output.is_animation() {
                 break;
@@ -410,9 +383,10 @@ impl Pictures<'_> {
     }
 
     fn frame(&self, scene: &Path, turn: Option<Turn>, places: &mut Places) -> Result<Frame, CliError> {
-        let posed = self.named_pose(turn);
-        let path = names::picture(posed.as_deref().or(self.output), scene, turn);
-        let path = path.typed_if(self.is_typed && posed.is_none());
+        let path = names::picture(self.output, scene, turn, self.pose(turn));
+        // A picture that exists is rendered again if its AOVs are missing: it must be octray's own.
+        let may_be_skipped = self.skip_existing && !self.look.picture.aovs.is_empty();
+        let path = path.typed_if(self.is_typed && !may_be_skipped);
         let output = Output::prepare(&path, self.size(), self.force)?
             .synced_if(self.skip_existing)
             .for_turntable(turn.is_some())?;
@@ -437,22 +411,21 @@ impl Pictures<'_> {
         })
     }
 
-    /// The pattern of `--output` with the name of a pose in it, if it asks for that.
-    fn named_pose(&self, turn: Option<Turn>) -> Option<PathBuf> {
-        let pattern = self
-            .output?
-            .to_str()
-            .filter(|pattern| pattern.contains(names::POSE))?;
+    /// The name of a frame's pose.
+    fn pose(&self, turn: Option<Turn>) -> Option<&str> {
         let pose = self.poses?.poses.get(turn?.number as usize - 1)?;
-        Some(pattern.replace(names::POSE, &pose.name).into())
+        Some(&pose.name)
     }
 
     /// Rejects options that animations do not support.
     fn check_animation(&self, output: &Output, scene: &Path) -> Result<(), CliError> {
         let name = output.name();
-        let expanded = |number| names::expand(self.output.unwrap_or(Path::new("")), scene, Some(number));
-        let why = if expanded(1) != expanded(2) {
+        let expanded =
+            |number, pose| names::expand(self.output.unwrap_or(Path::new("")), scene, Some(number), pose);
+        let why = if expanded(1, None) != expanded(2, None) {
             "an animation holds all frames; leave out the #, or name pictures such as a-##.png"
+        } else if self.poses.is_some() && expanded(1, Some("a")) != expanded(1, Some("b")) {
+            "an animation holds all poses; leave out {pose}, or name pictures such as {pose}.png"
         } else if !self.look.picture.aovs.is_empty() {
             "an animation has no AOVs; name pictures such as a-##.png"
         } else if self.comparison.is_some() {
@@ -473,11 +446,11 @@ impl Pictures<'_> {
         places: &mut Places,
     ) -> Result<Comparison, CliError> {
         let beside = output.is_file().then_some(path);
-        let difference =
-            names::difference(options.difference, beside, scene, turn).typed_if(options.is_typed);
+        let difference = names::difference(options.difference, beside, scene, turn, self.pose(turn))
+            .typed_if(options.is_typed);
         let difference = Output::prepare(&difference, self.size(), self.force)?;
         places.claim(&difference, scene, turn.is_some())?;
-        let reference = names::picture(Some(options.reference), scene, turn).path;
+        let reference = names::picture(Some(options.reference), scene, turn, self.pose(turn)).path;
         Comparison::prepare(options, reference, difference, self.size())
     }
 

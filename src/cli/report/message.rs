@@ -5,9 +5,12 @@
 
 use crate::{
     cli::CliError,
-    error::{escape, is_unprintable},
+    error::{clip_path, escape, is_unprintable},
 };
-use std::io::{self, IsTerminal, Write};
+use std::{
+    io::{self, IsTerminal, Write},
+    path::Path,
+};
 
 /// The longest message, bytes.
 const MOST_BYTES: usize = 4000;
@@ -101,6 +104,17 @@ pub fn warnings(texts: impl IntoIterator<Item = String>) {
 /// Prints the error of a command on standard error.
 pub fn error(text: &str) {
     note(&format!("error: {text}\n"));
+}
+
+/// Says why a scene is skipped.
+pub fn skipped(path: &Path, why: &CliError) {
+    let (path, text) = (clip_path(path), why.text().unwrap_or_default());
+    // Errors of loading begin with the path, too.
+    let path = match text.strip_prefix(&path) {
+        Some(rest) if rest.starts_with(':') => String::new(),
+        _ => format!("{path}: "),
+    };
+    error(&format!("skipped: {path}{text}"));
 }
 
 /// The lines of `text`, escaped, if they fit on a screen; else the first and the last of them: the last cause of an error

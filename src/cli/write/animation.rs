@@ -5,6 +5,7 @@ use super::{
     encode::Format,
     mark::{GIF_END, Y4M_COMMENT},
     output::{Opened, Output},
+    palette,
     picture::Picture,
 };
 use crate::{cli::CliError, render::SOFTWARE};
@@ -14,8 +15,11 @@ use image::{
 };
 use std::{cell::RefCell, io, rc::Rc};
 
-/// How well GIF's palettes are chosen, from 1 (best) to 30 (fastest).
+/// How well the gif crate chooses palettes, from 1 (best) to 30 (fastest).
 const GIF_SPEED: i32 = 10;
+
+/// Below this number of pixels, octray chooses the palette.
+const SMALL_GIF: u64 = 50_000;
 
 /// An animation that is being written, frame by frame. Its file appears when it is finished.
 pub struct Animation<'a> {
@@ -98,7 +102,11 @@ impl<'a> Animation<'a> {
         let bytes = picture.bytes();
         match &mut self.encoder {
             Encoder::Gif(encoder, fps, count) => {
-                let image = RgbImage::from_raw(width, height, bytes.into_owned());
+                let mut bytes = bytes.into_owned();
+                if u64::from(width) * u64::from(height) < SMALL_GIF {
+                    palette::reduce(&mut bytes);
+                }
+                let image = RgbImage::from_raw(width, height, bytes);
                 let image = image.ok_or_else(|| failed("a frame has another size"))?;
                 let image = DynamicImage::from(image).into_rgba8();
                 let delay = Delay::from_numer_denom_ms(10 * hundredths(*count, *fps), 1);

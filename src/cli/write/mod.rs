@@ -11,6 +11,7 @@ mod json;
 mod mark;
 mod merge;
 mod output;
+mod palette;
 mod picture;
 mod place;
 mod replace;

@@ -4,7 +4,7 @@ use super::{Work, line, text};
 use crate::cli::{CliError, plan::Engine};
 
 /// A file's name and its text.
-type File = (&'static str, String);
+pub type File = (&'static str, String);
 
 const COMMANDS: &str = "commands.txt";
 const MERGES: &str = "merge.txt";
@@ -55,7 +55,13 @@ fn lines(lines: &[String]) -> String {
 }
 
 fn path(work: &Work, name: &str) -> Result<String, CliError> {
-    Ok(text(&work.folder.join(name))?.to_owned())
+    let path = text(&work.folder.join(name))?.to_owned();
+    // Not an option of `sh` or `sbatch`.
+    Ok(if path.starts_with('-') {
+        format!("./{path}")
+    } else {
+        path
+    })
 }
 
 /// A path as a word of a shell script.
@@ -76,16 +82,19 @@ fn parallel(work: &Work) -> Result<String, CliError> {
     Ok(format!(
         "#!/bin/sh\n\
          # Renders by GNU parallel, one task at a time on each machine, and merges. What fails is tried on another machine.\n\
-         # After a failure, run it again.\n\
+         # After a failure, or to render what was removed, run it again.\n\
          # Options of parallel may follow, such as: --sshlogin one,two --workdir \"$PWD\"\n\
          set -eu\n\
          cd {directory}\n\
          PARALLEL_SHELL=/bin/sh\n\
          export PARALLEL_SHELL\n\
          parallel --jobs 1 --retries 3 --joblog {log} --resume --resume-failed \"$@\" < {commands}\n\
+         # The next call looks for all pictures again.\n\
+         [ ! -e {log} ] || mv {log} {done}\n\
          {merge}",
         directory = quoted(&work.directory)?,
         log = file(work, "joblog.txt")?,
+        done = file(work, "joblog.done.txt")?,
         commands = file(work, COMMANDS)?,
     ))
 }
@@ -137,11 +146,18 @@ fn merge_sbatch(work: &Work) -> Result<String, CliError> {
 
 /// Slurm runs a job in the folder where it was submitted, and cancels jobs that depend on a failed one.
 fn submit(work: &Work) -> Result<String, CliError> {
+    let folder = path(work, "")?;
+    // After a backslash Slurm replaces nothing.
+    if folder.contains('\\') {
+        let why =
+            format!("--into {folder}: Slurm takes no \\ in the names of its logs; name another directory");
+        return Err(CliError::Usage(why));
+    }
     // A % is Slurm's own in names of logs.
-    let log = |name: &str| Ok::<_, CliError>(path(work, "")?.replace('%', "%%") + name);
+    let log = |name: &str| folder.replace('%', "%%") + name;
     let tasks = format!(
         "sbatch --parsable --output={} \"$@\" {}",
-        quoted(&log("%A_%a.log")?)?,
+        quoted(&log("%A_%a.log"))?,
         file(work, "tasks.sbatch")?
     );
     let merge = if work.merges.is_empty() {
@@ -149,7 +165,7 @@ fn submit(work: &Work) -> Result<String, CliError> {
     } else {
         format!(
             "sbatch --dependency=\"afterok:${{tasks%%;*}}\" --kill-on-invalid-dep=yes --output={} \"$@\" {}\n",
-            quoted(&log("merge.log")?)?,
+            quoted(&log("merge.log"))?,
             file(work, "merge.sbatch")?
         )
     };

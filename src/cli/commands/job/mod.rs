@@ -11,7 +11,7 @@ mod engines;
 use crate::{
     cli::{
         CliError,
-        plan::{Frame, Job, JobPlan, aov_path, stem},
+        plan::{Frame, Job, JobPlan, aov_path, of_frame, stem},
         report,
         write::AovKind,
     },
@@ -49,25 +49,40 @@ impl Work {
     }
 }
 
-/// Writes the job's files, each whole or not at all.
+/// Writes the job's files, all of them or none.
 ///
 /// # Errors
-/// [`CliError`]: a picture that has no tiles, a folder that is not empty, a name that no line of a script can hold.
+/// [`CliError`]: a picture that has no tiles, a folder that is not empty, a name that no line of a script can hold; scenes
+/// that were skipped, also if there is a job for the others.
 pub fn run(plan: &JobPlan) -> Result<(), CliError> {
+    let skipped = &plan.render.skipped;
+    for (path, error) in skipped {
+        report::skipped(path, error);
+    }
+    if !plan.render.jobs.is_empty() || skipped.is_empty() {
+        write_job(plan)?;
+    }
+    match skipped.len() {
+        0 => Ok(()),
+        1 => Err(CliError::Failed("1 scene was skipped".into())),
+        count => Err(CliError::Failed(format!("{count} scenes were skipped"))),
+    }
+}
+
+fn write_job(plan: &JobPlan) -> Result<(), CliError> {
     let work = work(plan)?;
-    make_folder(&plan.folder)?;
-    if !work.merges.is_empty() {
-        make_folder(&plan.folder.join("tiles"))?;
-    }
-    for (name, text) in engines::files(&work, plan.engine)? {
-        write(&plan.folder.join(name), &text)?;
-    }
-    if plan.quiet || !report::notes_to_terminal() {
-        return Ok(());
-    }
-    let tasks = work.tasks();
+    let files = engines::files(&work, plan.engine)?;
     let start = engines::start(&work, plan.engine)?;
-    report::note(&format!("{tasks} tasks; start them with: {start}\n"));
+    let mut made = Made::default();
+    let written = made.write(&work, &files);
+    if written.is_err() {
+        made.remove();
+    }
+    written?;
+    if !plan.quiet && report::notes_to_terminal() {
+        let tasks = work.tasks();
+        report::note(&format!("{tasks} tasks; start them with: {start}\n"));
+    }
     Ok(())
 }
 
@@ -94,6 +109,7 @@ fn work(plan: &JobPlan) -> Result<Work, CliError> {
     let (mut commands, mut merges) = (Vec::new(), Vec::new());
     let chunk = match plan.tiles.or(usual) {
         None => {
+            check_existing(plan)?;
             for job in jobs {
                 commands.extend(frame_commands(plan, job)?);
             }
@@ -116,12 +132,15 @@ fn work(plan: &JobPlan) -> Result<Work, CliError> {
     };
     let directory = env::current_dir()
         .map_err(|error| CliError::Failed(format!("cannot find the current directory: {error}")))?;
+    let directory = text(&directory)?.to_owned();
+    // Not all engines need it in a line, but none takes control characters.
+    line([directory.as_str()])?;
     let name = jobs.first().map(|job| stem(&job.input.path).to_string_lossy());
     Ok(Work {
         commands,
         merges,
         chunk,
-        directory: text(&directory)?.to_owned(),
+        directory,
         folder: plan.folder.clone(),
         name: name.unwrap_or_default().into_owned(),
     })
@@ -144,6 +163,30 @@ fn check_tiles(plan: &JobPlan, [columns, rows]: [u32; 2], pictures: usize) -> Re
     Ok(())
 }
 
+/// Says which pictures exist: tasks without tiles leave them as they are.
+fn check_existing(plan: &JobPlan) -> Result<(), CliError> {
+    let frames = || plan.render.jobs.iter().flat_map(|job| &job.frames);
+    let (existing, count) = (frames().filter(|frame| frame.exists()).count(), frames().count());
+    if existing == 0 {
+        return Ok(());
+    }
+    let what = format!("{existing} of {count} pictures exist");
+    if plan.options.iter().any(|option| option == FORCE) {
+        return Err(CliError::Usage(format!(
+            "{FORCE}: {what}, and the tasks of a job leave them; remove them first"
+        )));
+    }
+    if !plan.quiet {
+        report::warnings([format!("{what} and stay; remove them to render them again")]);
+    }
+    Ok(())
+}
+
+/// Whether a scene has one frame, which needs no number: beside an animated scene, a still one has a turn, too.
+fn is_still(plan: &JobPlan, job: &Job) -> bool {
+    job.whole == 1 && plan.render.orbit.is_none() && plan.render.poses.is_none()
+}
+
 /// Calls for the frames of a scene: a chunk of consecutive frames each.
 fn frame_commands(plan: &JobPlan, job: &Job) -> Result<Vec<String>, CliError> {
     let numbers: Vec<u32> = job
@@ -153,7 +196,12 @@ fn frame_commands(plan: &JobPlan, job: &Job) -> Result<Vec<String>, CliError> {
         .collect();
     let mut words = plan.options.clone();
     words.extend(job.frames.iter().find_map(|frame| force(plan, frame)));
-    words.extend(plan.output.iter().map(|output| format!("--output={output}")));
+    let output = |output: &str| format!("--output={output}");
+    if let ([number], true) = (&numbers[..], is_still(plan, job)) {
+        words.push(output(&of_frame(plan.output.as_deref(), *number)));
+        return Ok(vec![render(&words, job)?]);
+    }
+    words.extend(plan.output.as_deref().map(output));
     if numbers.is_empty() {
         return Ok(vec![render(&words, job)?]);
     }
@@ -212,7 +260,8 @@ impl Tiles<'_> {
                     .join(format!("{number}{x0}-{y0}.{extension}"));
                 let mut words = self.plan.options.clone();
                 words.extend(force(self.plan, self.frame));
-                words.extend(self.frame.turn.map(|turn| format!("--frames={}", turn.number)));
+                let turn = self.frame.turn.filter(|_| !is_still(self.plan, self.job));
+                words.extend(turn.map(|turn| format!("--frames={}", turn.number)));
                 words.push(format!("--crop={x0},{y0},{x1},{y1}"));
                 words.push(format!("--output={}", text(&tile)?));
                 commands.push(render(&words, self.job)?);
@@ -231,11 +280,14 @@ impl Tiles<'_> {
     }
 }
 
+/// Replaces files that octray did not write.
+const FORCE: &str = "--force";
+
 /// The option `--force`, if a killed task may leave AOVs without their picture in a format without octray's mark: the next
 /// attempt must replace them. `octray job` itself refuses to run if such files exist.
 fn force(plan: &JobPlan, frame: &Frame) -> Option<String> {
     let has_files = frame.aovs.in_files().next().is_some();
-    let option = "--force".to_owned();
+    let option = FORCE.to_owned();
     (has_files && !frame.output.format().has_mark() && !plan.options.contains(&option)).then_some(option)
 }
 
@@ -279,6 +331,46 @@ fn text(path: &Path) -> Result<&str, CliError> {
             clip_path(path)
         ))
     })
+}
+
+/// What of a job's files is on the disk.
+#[derive(Default)]
+struct Made {
+    files: Vec<PathBuf>,
+    /// The innermost first.
+    folders: Vec<PathBuf>,
+}
+
+impl Made {
+    fn write(&mut self, work: &Work, files: &[engines::File]) -> Result<(), CliError> {
+        self.folder(&work.folder)?;
+        if !work.merges.is_empty() {
+            self.folder(&work.folder.join("tiles"))?;
+        }
+        for (name, text) in files {
+            let path = work.folder.join(name);
+            write(&path, text)?;
+            self.files.push(path);
+        }
+        Ok(())
+    }
+
+    fn folder(&mut self, folder: &Path) -> Result<(), CliError> {
+        let is_new = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
+        let new = folder.ancestors().take_while(is_new).map(Path::to_owned);
+        self.folders.splice(0..0, new);
+        make_folder(folder)
+    }
+
+    /// Removes it all, as far as that is possible. A folder with anything else in it stays.
+    fn remove(&self) {
+        for file in &self.files {
+            let _ = fs::remove_file(file);
+        }
+        for folder in &self.folders {
+            let _ = fs::remove_dir(folder);
+        }
+    }
 }
 
 /// Makes a folder, or accepts an empty one: an old job's tiles would be mistaken for this one's.

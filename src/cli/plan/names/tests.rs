@@ -2,7 +2,7 @@ use super::*;
 use proptest::prelude::*;
 
 fn name(pattern: &str, number: Option<u32>) -> String {
-    let name = expand(Path::new(pattern), Path::new("herd/cow.scn"), number);
+    let name = expand(Path::new(pattern), Path::new("herd/cow.scn"), number, None);
     name.into_os_string().into_string().unwrap()
 }
 
@@ -45,8 +45,23 @@ fn patterns() {
     ] {
         assert_eq!(name(pattern, number), expected, "{pattern}");
     }
-    let odd = expand(Path::new("{stem}-##.png"), Path::new("a#{folder}.scn"), Some(1));
-    assert_eq!(odd, Path::new("a#{folder}-01.png"));
+    let odd = Path::new("a#{folder}{pose}.scn");
+    for (pattern, expected) in [
+        ("{stem}-##.png", "a#{folder}{pose}-01.png"),
+        ("{pose}-##.png", "b#{stem}-01.png"),
+        ("{pose}{stem}", "b#{stem}a#{folder}{pose}"),
+    ] {
+        let name = expand(Path::new(pattern), odd, Some(1), Some("b#{stem}"));
+        assert_eq!(name, Path::new(expected), "{pattern}");
+    }
+    assert_eq!(name("{pose}.png", Some(1)), "{pose}.png");
+}
+
+#[test]
+fn a_frame_alone_has_the_name_that_it_has_among_others() {
+    assert_eq!(of_frame(Some("{stem}/a-##.png"), 1), "{stem}/a-01.png");
+    assert_eq!(of_frame(Some("a.png"), 1), "a.png");
+    assert_eq!(of_frame(None, 12), "{stem}-0012.png");
 }
 
 #[test]
@@ -80,7 +95,7 @@ fn a_name_is_typed_only_as_a_whole() {
         (Some("a-#.png"), turn, "a-2.png", Origin::Derived),
         (Some("a-#.png"), None, "a-#.png", Origin::Typed),
     ] {
-        let named = picture(pattern.map(Path::new), scene, turn);
+        let named = picture(pattern.map(Path::new), scene, turn, None);
         assert_eq!(
             (named.path.as_path(), named.origin),
             (Path::new(expected), origin)
@@ -99,8 +114,8 @@ fn other_files_are_named_after_the_picture() {
         let named = aov(Path::new(path), "heat").map(|named| named.path);
         assert_eq!(named, expected.map(PathBuf::from), "{path}");
     }
-    let typed = picture(Some(Path::new("b/c.d.jpg")), Path::new("cow.scn"), None);
-    let named = difference(None, Some(&typed), Path::new("cow.scn"), None);
+    let typed = picture(Some(Path::new("b/c.d.jpg")), Path::new("cow.scn"), None, None);
+    let named = difference(None, Some(&typed), Path::new("cow.scn"), None, None);
     assert_eq!(
         (named.path, named.origin),
         ("b/c.d-difference.png".into(), Origin::Derived)

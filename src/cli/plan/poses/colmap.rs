@@ -284,6 +284,10 @@ mod text {
                 let why = format!("{name} has {found} parameters, expected {count}");
                 return Err(lines.fault(model.0, why));
             }
+            if *width <= 0.0 || *height <= 0.0 {
+                let why = format!("found a picture of {width}x{height}, expected pixels");
+                return Err(lines.fault(model.0 + model.1.len() + 1, why));
+            }
             let lens = super::lens(known, [*width, *height], parameters);
             lenses.insert(lines.id(*id)?, lens);
             if lenses.len() as u64 > MAX_CAMERAS {
@@ -406,6 +410,10 @@ mod binary {
                 };
                 return Err(records.fault(format!("camera {id}: {}", super::unknown_model(&name))));
             };
+            if width == 0 || height == 0 {
+                let why = format!("camera {id}: found a picture of {width}x{height}, expected pixels");
+                return Err(records.fault(why));
+            }
             let [first, second, third] = records.numbers()?;
             let mut parameters = vec![first, second, third];
             for _ in 3..count {

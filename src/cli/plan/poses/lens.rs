@@ -129,14 +129,17 @@ impl Lens {
         }
     }
 
-    /// Takes missing values from `other`.
+    /// Takes missing values from `other`. As in Instant NGP, an angle or a focal length of its own counts for both axes.
     pub fn or(self, other: &Self) -> Self {
         let value = |own: Option<Value>, other: &Option<Value>| own.or_else(|| other.clone());
+        let views = |lens: &Self| [lens.camera_angle_x, lens.camera_angle_y, lens.fl_x, lens.fl_y];
+        let is_own = views(&self).iter().any(Option::is_some);
+        let [camera_angle_x, camera_angle_y, fl_x, fl_y] = views(if is_own { &self } else { other });
         Self {
-            camera_angle_x: self.camera_angle_x.or(other.camera_angle_x),
-            camera_angle_y: self.camera_angle_y.or(other.camera_angle_y),
-            fl_x: self.fl_x.or(other.fl_x),
-            fl_y: self.fl_y.or(other.fl_y),
+            camera_angle_x,
+            camera_angle_y,
+            fl_x,
+            fl_y,
             cx: self.cx.or(other.cx),
             cy: self.cy.or(other.cy),
             w: self.w.or(other.w),
@@ -215,6 +218,17 @@ impl Lens {
     pub fn size(&self) -> Option<[u32; 2]> {
         let whole = |side: f64| Some(side as u32).filter(|&whole| whole > 0 && f64::from(whole) == side);
         Some([whole(self.w?)?, whole(self.h?)?])
+    }
+
+    /// What is wrong with the size of the picture, if it has one.
+    pub fn fault_of_size(&self) -> Option<String> {
+        let sides = [("w", self.w), ("h", self.h)];
+        let (key, side) = sides
+            .into_iter()
+            .find_map(|(key, side)| Some((key, side.filter(|&side| side <= 0.0)?)))?;
+        Some(format!(
+            "`{key}` is {side}, expected pixels of its picture, more than 0"
+        ))
     }
 
     /// How the lens projects.

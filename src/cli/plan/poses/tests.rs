@@ -94,6 +94,18 @@ fn broken_files_are_refused() {
             frame("[[1,0,0,0],[0,1,0,0],[0,0,1,0]]").replace("x\":1,", "x\":9,"),
             "field of view",
         ),
+        (
+            frame("[[1,0,0,0],[0,1,0,0],[0,0,1,0],[3,2,1,1]]"),
+            "frames[0]: the last row of transform_matrix is [3.0, 2.0, 1.0, 1.0], expected [0, 0, 0, 1]",
+        ),
+        (
+            frame("[[1,0,0,0],[0,1,0,0],[0,0,1,0]]").replacen('{', r#"{"w":0,"h":9,"cx":3,"#, 1),
+            "frames[0]: `w` is 0, expected",
+        ),
+        (
+            frame("[[1,0,0,0],[0,1,0,0],[0,0,1,0]]").replacen('{', r#"{"h":-9,"#, 1),
+            "frames[0]: `h` is -9, expected",
+        ),
     ] {
         let error = found(&text, [8, 8]).expect_err(&text);
         assert!(error.contains(expected), "{text}: {error}");
@@ -130,6 +142,36 @@ fn intrinsics_are_those_of_the_file() {
         assert_eq!(camera.image_plane(), ImagePlane::CENTERED, "{lens}");
         let focal = camera.intrinsics(320, 240).expect("perspective").focal[1];
         assert!((focal - 350.0).abs() < 1e-9, "{lens}: {focal}");
+    }
+}
+
+/// A frame's own angle or focal length counts before those of the file, whatever their keys.
+#[test]
+fn a_frame_has_its_own_field_of_view() {
+    let lens = r#""w":640,"h":480,"fl_x":1000,"fl_y":700,"camera_angle_y":0.2,"#;
+    for frame in [
+        r#""camera_angle_x":1.6,"#,
+        r#""camera_angle_y":1.2,"#,
+        r#""fl_x":500,"#,
+        r#""fl_y":500,"#,
+        r#""fl_x":500,"fl_y":400,"#,
+    ] {
+        let common = r#""w":640,"h":480,"#;
+        let [own, expected] = [posed(lens, frame), posed(common, frame)]
+            .map(|poses| poses.poses[0].camera.intrinsics(320, 240).expect("perspective"));
+        assert_eq!(own.focal, expected.focal, "{frame}");
+    }
+}
+
+#[test]
+fn mirrored_matrices_are_noted() {
+    let pose = |x: i32| format!(r#"{{"transform_matrix":[[{x},0,0,0],[0,1,0,0],[0,0,1,0]]}}"#);
+    for (signs, count) in [([1, 1], 0), ([1, -1], 1), ([-1, -1], 1)] {
+        let frames = signs.map(pose).join(",");
+        let text = format!(r#"{{"camera_angle_x":1,"frames":[{frames}]}}"#);
+        let notes = found(&text, [8, 8]).expect("poses").notes;
+        let mirrored = notes.iter().filter(|note| note.contains("mirroring"));
+        assert_eq!((mirrored.count(), notes.len()), (count, count), "{signs:?}");
     }
 }
 

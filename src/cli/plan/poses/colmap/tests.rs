@@ -111,7 +111,16 @@ fn broken_files_are_refused() {
             "images.txt:2:17: found `-1`",
         ),
         (camera, "1 1 0 0 0 0 0 0 2 a.png\n", "a.png: no camera 2"),
-        (camera, "1 0 0 0 0 0 0 0 1 a.png\n", "frames[0]"),
+        (
+            camera,
+            "1 0 0 0 0 0 0 0 1 b/c.png\n\n2 1 0 0 0 0 0 0 1 a.png\n",
+            "images.txt: b/c.png: ",
+        ),
+        (
+            "\n1 PINHOLE 0 400 500 500 300 200\n",
+            "1 1 0 0 0 0 0 0 1 a.png\n",
+            "cameras.txt:2:11: found a picture of 0x400, expected pixels",
+        ),
         (camera, "# none\n", "0 frames"),
         (
             "1 BOX 6 4\n",
@@ -144,6 +153,12 @@ fn broken_files_are_refused() {
         }
         fs::write(folder.join(name), whole).expect("a file");
     }
+    let mut cameras = fs::read(folder.join("cameras.bin")).expect("a file");
+    cameras[16..24].fill(0);
+    fs::write(folder.join("cameras.bin"), cameras).expect("a file");
+    let error = found(folder, "images.bin").expect_err("it has no width");
+    let expected = "cameras.bin: camera 7: found a picture of 0x400, expected pixels";
+    assert!(error.contains(expected), "{error}");
 }
 
 /// The models whose distortion is rendered, by their coefficients 1, 2, 3, ...
