@@ -68,6 +68,17 @@ fn most_alike(wanted: &str, names: impl Iterator<Item = String>) -> Vec<String> 
         Some((stem, "ply" | "obj" | "off" | "stl" | "gltf" | "glb" | "3mf" | "scn")) => Some(stem.to_owned()),
         _ => None,
     };
+    // What a material library or a picture is missed for is another one.
+    let kind = |name: &str| {
+        let extension = name.rsplit_once('.').map(|(_, extension)| extension);
+        match extension {
+            Some("mtl" | "mat") => 1,
+            Some(
+                "png" | "jpg" | "jpeg" | "webp" | "bmp" | "tga" | "gif" | "hdr" | "exr" | "tif" | "tiff",
+            ) => 2,
+            _ => 0,
+        }
+    };
     // The extension may have been left out.
     let wanted_stem = stem(&wanted).unwrap_or_else(|| wanted.clone());
     let mut pairs = 0;
@@ -79,6 +90,9 @@ fn most_alike(wanted: &str, names: impl Iterator<Item = String>) -> Vec<String> 
         })
         .filter_map(|name| {
             let lower = name.to_lowercase();
+            if kind(&wanted) != 0 && kind(&lower) != kind(&wanted) {
+                return None;
+            }
             let distance = strsim::damerau_levenshtein(&wanted, &lower);
             let length = wanted.chars().count();
             let close = distance < length && distance <= (length / 4).max(1);
@@ -92,24 +106,4 @@ fn most_alike(wanted: &str, names: impl Iterator<Item = String>) -> Vec<String> 
 }
 
 #[cfg(test)]
-mod tests {
-    #[test]
-    fn what_looks_alike() {
-        let folder = [
-            "bunny.ply",
-            "Bunny.obj",
-            "buny.ply",
-            "cow.ply",
-            "bunny_small.ply",
-            "a",
-        ];
-        let alike = |wanted: &str| super::most_alike(wanted, folder.iter().map(ToString::to_string));
-        assert_eq!(alike("bunnny.ply"), ["bunny.ply", "buny.ply"]);
-        assert_eq!(alike("BUNNY.STL"), ["Bunny.obj", "bunny.ply"]);
-        assert_eq!(alike("cwo.ply"), ["cow.ply"]);
-        assert_eq!(alike("bunny"), ["Bunny.obj", "bunny.ply"]);
-        assert!(alike("x").is_empty());
-        assert!(alike("dragon.glb").is_empty());
-        assert!(alike(&"x".repeat(300)).is_empty());
-    }
-}
+mod tests;

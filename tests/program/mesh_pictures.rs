@@ -1,6 +1,7 @@
 //! Meshes on the command line: golden pictures of each format (see `tests/library/golden.rs`), and framing.
 
 use crate::{
+    crops::SWING,
     images::{assert_all, compare_golden},
     program::{Folder, assert_contains, shipped_mesh},
 };
@@ -243,4 +244,39 @@ fn shared_meshes_of_a_gltf_file() {
     let refused = folder.run(&["info", "a.scn", "--max-memory", "60M"]);
     assert_eq!(refused.code, Some(1));
     assert!(refused.stderr.contains("memory limit"), "{}", refused.stderr);
+}
+
+/// Cameras that make no picture are noted, and keep their number.
+#[test]
+fn cameras_without_a_picture() {
+    let folder = Folder::new();
+    let lens = |yfov: f64| format!(r#"{{"type":"perspective","perspective":{{"yfov":{yfov},"znear":0.1}}}}"#);
+    let cameras = format!(
+        r#""cameras":[{},{}],"nodes":[{{"camera":0}},{{"camera":1}},"#,
+        lens(3.2),
+        lens(0.5)
+    );
+    let json = SWING.replacen(r#""nodes":["#, &cameras, 1);
+    folder.write("a.gltf", &json);
+    let info = folder.run(&["info", "a.gltf"]);
+    let info = String::from_utf8(info.succeeded().stdout.clone()).expect("text");
+    assert_contains(
+        &info,
+        &[
+            "a.gltf: camera 1 makes no picture: the field of view is 183.3",
+            "fov 28.6",
+        ],
+    );
+    folder.fails(
+        &["a.gltf", "--camera=1", "-s=9"],
+        2,
+        "camera `1`: the field of view is 183.3",
+    );
+    folder.fails(
+        &["a.gltf", "--camera=5", "-s=9"],
+        2,
+        "expected 1 (unnamed), 2 (unnamed)",
+    );
+    folder.run(&["a.gltf", "--camera=2", "-s=9"]);
+    assert!(folder.path("a.png").exists());
 }

@@ -52,7 +52,7 @@ pub(crate) use light::MOST_FALLOFF;
 pub use light::{Light, LightShape, Spot};
 pub(crate) use material::{AMBIENT_SPECULAR, MOST_POLISH};
 pub use material::{INDEX_RANGE, MAX_ALPHA, Material};
-pub use motion::{CameraMotion, MAX_KEYFRAMES, MAX_STEPS, MAX_TIME, Motion, Step};
+pub use motion::{CameraMotion, MAX_KEYFRAMES, MAX_STEPS, MAX_TIME, Motion, Step, slerp};
 use moving::Moving;
 pub use normal_map::{MAX_NORMAL_SCALE, NormalMap};
 pub use opacity::Opacity;

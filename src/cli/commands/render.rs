@@ -194,13 +194,7 @@ impl Call<'_> {
     /// Reports why a scene is skipped.
     fn skip(&mut self, path: &Path, error: &CliError) {
         self.skipped += 1;
-        let (path, text) = (clip_path(path), error.text().unwrap_or_default());
-        // Errors of loading begin with the path, too.
-        let path = match text.strip_prefix(&path) {
-            Some(rest) if rest.starts_with(':') => String::new(),
-            _ => format!("{path}: "),
-        };
-        report::error(&format!("skipped: {path}{text}"));
+        report::skipped(path, error);
     }
 
     fn check_inputs(&self, jobs: &[Job]) -> Result<(), CliError> {

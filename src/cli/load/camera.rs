@@ -144,7 +144,9 @@ impl CameraOptions {
             StartView::Named(name) => {
                 let names: Vec<&str> = mesh.cameras.iter().map(|camera| camera.name.as_str()).collect();
                 let camera = &mesh.cameras[find("the mesh", &names, name)?];
-                return self.applied_to(camera.view());
+                return self
+                    .applied_to(camera.view())
+                    .map_err(|error| of_camera(name, &error));
             }
             StartView::Classic(number) => return self.applied_to(viewpoint(*number)?),
             StartView::Eye(from) => eye = Some(*from),
@@ -220,6 +222,15 @@ fn find(owner: &str, names: &[&str], wanted: &str) -> Result<usize, CliError> {
     index_of(names, wanted).ok_or_else(|| CliError::Usage(no_camera(owner, names, wanted)))
 }
 
+/// The error about a camera of the file that makes no picture.
+fn of_camera(name: &str, error: &CliError) -> CliError {
+    CliError::Usage(format!(
+        "camera `{}`: {}",
+        clip(name),
+        error.text().unwrap_or_default()
+    ))
+}
+
 /// The message for an unknown camera.
 fn no_camera(owner: &str, names: &[&str], wanted: &str) -> String {
     let found = clip(wanted);
@@ -234,7 +245,7 @@ fn no_camera(owner: &str, names: &[&str], wanted: &str) -> String {
     // The distance takes quadratic time and memory.
     let near = names
         .iter()
-        .filter(|other| !other.is_empty() && wanted.len() < 100)
+        .filter(|other| !other.is_empty() && wanted.len() < 100 && wanted.parse::<u32>().is_err())
         .map(|other| (strsim::damerau_levenshtein(wanted, other), other))
         .min()
         .filter(|(distance, other)| *distance <= other.len().div_ceil(3));

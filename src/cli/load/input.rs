@@ -272,13 +272,17 @@ pub fn load_bare(
     for note in std::mem::take(&mut loaded.notes) {
         builder.add_note(note);
     }
-    for camera in std::mem::take(&mut loaded.cameras) {
+    for (number, camera) in (1..).zip(std::mem::take(&mut loaded.cameras)) {
         // A camera without a valid view is an error only if it is selected.
-        if let Ok(view) = Camera::new(&camera.view()) {
-            builder.add_camera(NamedCamera {
+        match Camera::new(&camera.view()) {
+            Ok(view) => builder.add_camera(NamedCamera {
                 name: Some(camera.name).filter(|name| !name.is_empty()),
                 camera: view,
-            });
+            }),
+            Err(error) => {
+                let path = clip_path(path);
+                builder.add_note(format!("{path}: camera {number} makes no picture: {error}"));
+            }
         }
     }
     for light in std::mem::take(&mut loaded.lights) {

@@ -140,23 +140,4 @@ fn playback_of(path: &Path, playing: Playing<'_>, last: Option<u32>) -> Result<O
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn some_frames_are_spread_over_all() {
-        let frames = |count| {
-            let playback = Playback {
-                animation: None,
-                count,
-                fps: 25,
-            };
-            playback.some_frames().collect::<Vec<_>>()
-        };
-        assert_eq!(frames(1), [1]);
-        assert_eq!(frames(3), [1, 2, 3]);
-        let many = frames(u32::MAX);
-        assert_eq!((many.len(), many.first()), (64, Some(&1)));
-        assert_eq!(many[32], (1 << 31) + 1 - 1);
-    }
-}
+mod tests;

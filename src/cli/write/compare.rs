@@ -283,25 +283,4 @@ impl Figures {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_pixel_counts_once_and_beyond_the_tolerance() {
-        let levels = [
-            [2.0, 2.5, 0.0, 0.0],
-            [2.0, 0.0, 0.0, 0.0],
-            [0.0, 0.0, 0.0, 9.0],
-            [0.0; 4],
-        ];
-        let figures = Figures::new((2, 2), 2.0, |i| levels[i]);
-        assert_eq!((figures.pixels, figures.differing, figures.largest), (4, 2, 9.0));
-        assert_eq!(figures.mean, 6.5 / 12.0);
-    }
-
-    #[test]
-    fn nan_differs() {
-        let figures = Figures::new((1, 1), 255.0, |_| distances([f32::NAN; 4], [0.0; 4]));
-        assert_eq!(figures.differing, 1);
-    }
-}
+mod tests;

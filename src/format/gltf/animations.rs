@@ -9,6 +9,7 @@ use crate::{
         left_out::counted,
         mesh::{MeshAnimation, Moment},
     },
+    scene::slerp,
 };
 use glam::{DMat4, DQuat, DVec3, DVec4};
 use gltf::{
@@ -301,7 +302,7 @@ impl Track<'_> {
         }
         let [from, to] = span.keyframes.map(of);
         match [from, to].map(unit) {
-            [Some(from), Some(to)] => DVec4::from(slerp(from, to, span.share)),
+            [Some(from), Some(to)] => slerp(from.into(), to.into(), span.share),
             _ => from.lerp(to, span.share),
         }
     }
@@ -310,20 +311,4 @@ impl Track<'_> {
 /// The rotation of a quaternion; `None` if it is 0.
 fn unit(quaternion: DVec4) -> Option<DQuat> {
     quaternion.try_normalize().map(DQuat::from_vec4)
-}
-
-/// Spherical interpolation, the shorter way (Shoemake, *Animating Rotation with Quaternion Curves*, 1985). Not glam's, which
-/// has the sine of the system.
-fn slerp(from: DQuat, to: DQuat, share: f64) -> DQuat {
-    /// Below this sine of the angle the two are one rotation.
-    const SAME: f64 = 1e-9;
-    // A quaternion and its negative are one rotation.
-    let to = if from.dot(to) < 0.0 { -to } else { to };
-    let angle = 2.0 * libm::atan2((from - to).length(), (from + to).length());
-    let sin = libm::sin(angle);
-    if sin < SAME {
-        return from;
-    }
-    let between = from * libm::sin((1.0 - share) * angle) + to * libm::sin(share * angle);
-    (between / sin).normalize()
 }

@@ -1,0 +1,26 @@
+//! Tests of `info`.
+
+use super::*;
+
+#[test]
+fn numbers_are_as_long_as_they_need_to_be() {
+    assert_eq!(
+        by_size([12, 0, 3000, 0, 0, 0, 0, 1], "primitives"),
+        "12 x 1, 3 000 x 3, 1 x 8 primitives"
+    );
+    assert_eq!(by_size([0; 8], "children"), "none");
+}
+
+#[test]
+fn long_lists_say_how_many_more() {
+    let mut lines = Vec::new();
+    some(&mut lines, "note", &[1; MOST_LINES], ToString::to_string);
+    assert_eq!(lines.len(), MOST_LINES);
+    lines.clear();
+    some(&mut lines, "note", &vec![1; 2000], ToString::to_string);
+    assert_eq!(lines.len(), MOST_LINES + 1);
+    assert_eq!(
+        lines[MOST_LINES],
+        ("note".to_owned(), "and 1 994 more".to_owned())
+    );
+}

@@ -1,0 +1,46 @@
+//! Tests of `place`.
+
+use super::*;
+use proptest::prelude::*;
+
+const PLACE: Place = Place {
+    crop: Crop {
+        x0: 30,
+        y0: 0,
+        x1: 61,
+        y1: 19,
+    },
+    whole: [61, 43],
+    samples: 16,
+    adaptive: true,
+};
+
+#[test]
+fn places_are_read_as_they_are_written() {
+    let text = PLACE.to_string();
+    assert_eq!(text, "30,0,61,19 of 61x43, samples auto:16");
+    assert_eq!(Place::parse(&text), Some(PLACE));
+    for wrong in [
+        "",
+        "30,0,61,19 of 61x43",
+        "30,0,62,19 of 61x43, samples 1",
+        "30,0,30,19 of 61x43, samples 1",
+        "30,0,61 of 61x43, samples 1",
+        "30,0,61,19,5 of 61x43, samples 1",
+        "30,0,61,19 of 61, samples 1",
+        "30,0,61,19 of 61x43, samples auto",
+    ] {
+        assert_eq!(Place::parse(wrong), None, "{wrong}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn any_bytes_are_looked_at(bytes: Vec<u8>, length: u32) {
+        let png = [&length.to_be_bytes()[..], b"tEXtCrop\0", &bytes].concat();
+        let exr = [b"octrayCrop\0string\0", &length.to_le_bytes()[..], &bytes].concat();
+        for (format, bytes) in [(Format::Png, png), (Format::Exr, exr), (Format::Ppm, bytes.clone()), (Format::Qoi, bytes)] {
+            prop_assert_eq!(Place::find(format, &bytes, &bytes), None);
+        }
+    }
+}
