@@ -10,8 +10,18 @@ array([1.5, inf], dtype=float32)
 array([ 0, -1])
 """
 
+try:
+    from ._octray import __version__, isa
+except ModuleNotFoundError as error:
+    if error.name != f"{__name__}._octray":
+        raise
+    raise ImportError(
+        f"{__path__[0]} has no compiled module: install the package with pip; if this is a clone of its source, "
+        "run Python in another folder than python/",
+        name=error.name,
+    ) from error
+
 from ._mesh import Hits, Mesh
-from ._octray import __version__, isa
 from ._render import render
 
 __all__ = ["Hits", "Mesh", "__version__", "isa", "render"]

@@ -18,9 +18,27 @@ def _numbers(name: str, value, what: str) -> np.ndarray:
         return array
     if value is None:
         raise ValueError(f"{name}: expected {what}, found None")
+    refuse_masked(name, value, what)
     if array.dtype.kind not in "fiu":
         raise ValueError(f"{name}: expected {what}, found an array of {array.dtype}")
     return array
+
+
+def refuse_masked(name: str, value, what: str) -> None:
+    """Raise ``ValueError`` if items are masked: numpy would pass on what is under the mask."""
+    if np.ma.is_masked(value):
+        count = np.ma.count_masked(value)
+        raise ValueError(f"{name}: expected {what}, found a masked array with {count} masked items")
+
+
+def shown(value) -> str:
+    """Return a value for an error message."""
+    try:
+        text = repr(value)
+    except ValueError:
+        # Python writes no integers of more than some thousand digits.
+        return "a larger one"
+    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def _require(array: np.ndarray, dtype) -> np.ndarray:
@@ -78,7 +96,7 @@ def ends(name: str, value, count: int) -> float | np.ndarray:
     They are rounded outwards, so that a ``float32`` ``t`` compares with the result as with the value.
     """
     what = f"a number or an array of shape ({count},)"
-    array = _numbers(name, value, what)
+    array = _numbers(name, _narrow(value), what)
     if array.ndim != 0 and array.shape != (count,):
         raise ValueError(f"{name}: expected {what}, found shape {array.shape}")
     if array.ndim == 0 and np.isnan(array):
@@ -96,6 +114,22 @@ def ends(name: str, value, count: int) -> float | np.ndarray:
     return float(array) if array.ndim == 0 else _require(array, np.float32)
 
 
+def _narrow(value):
+    """Return ``float64`` for integers of more than 64 bits, for which numpy has no type, and anything else as it is."""
+
+    def double(number: int) -> float:
+        try:
+            return float(number)
+        except OverflowError:
+            return np.inf if number > 0 else -np.inf
+
+    items = [value] if isinstance(value, int) else value
+    if not isinstance(items, (list, tuple)) or not all(type(item) in (int, float) for item in items):
+        return value
+    doubles = [double(item) for item in items]
+    return doubles[0] if isinstance(value, int) else doubles
+
+
 def count(name: str, value, *, least: int, most: int = sys.maxsize) -> int:
     """Return a count, clamped to ``most``."""
     try:
@@ -103,5 +137,5 @@ def count(name: str, value, *, least: int, most: int = sys.maxsize) -> int:
     except TypeError:
         number = int(value) if isinstance(value, float) and value.is_integer() else least - 1
     if isinstance(value, bool) or number < least:
-        raise ValueError(f"{name}: expected a whole number of at least {least}, found {value!r}")
+        raise ValueError(f"{name}: expected a whole number of at least {least}, found {shown(value)}")
     return min(number, most)

@@ -6,11 +6,15 @@ import copy
 import os
 import warnings
 from functools import cached_property
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _octray
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 _MOST_THREADS = 4096
 
@@ -83,12 +87,12 @@ class Mesh:
         If an array has the wrong shape or type, a coordinate is not finite, or an index has no vertex.
     """
 
-    def __init__(self, vertices: ArrayLike, faces: ArrayLike, *, threads: int | None = None):
+    def __init__(self, vertices: ArrayLike, faces: ArrayLike, *, threads: SupportsIndex | None = None):
         number = _thread_count(threads)
         self._mesh = _octray.Mesh(_arrays.vectors("vertices", vertices), _arrays.faces(faces), number)
 
     @classmethod
-    def from_file(cls, path: str | bytes | os.PathLike[str], *, threads: int | None = None) -> Mesh:
+    def from_file(cls, path: str | bytes | os.PathLike[str], *, threads: SupportsIndex | None = None) -> Self:
         """Load a mesh file: ``.ply``, ``.obj``, ``.off``, ``.stl``, ``.gltf``, ``.glb`` or ``.3mf``.
 
         Vertices are in the file's own coordinates, whichever axis points up. Warnings name what is missing or ignored.
@@ -171,7 +175,7 @@ class Mesh:
         *,
         t_min: ArrayLike = 0.0,
         t_max: ArrayLike = np.inf,
-        max_hits: int | None = None,
+        max_hits: SupportsIndex | None = None,
         crossings: bool = False,
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]:
         """Find all hits of each ray with ``t_min < t < t_max``.
@@ -183,7 +187,7 @@ class Mesh:
         """
         limit = None if max_hits is None else _arrays.count("max_hits", max_hits, least=0)
         arguments = self._rays(origins, directions, t_min, t_max)
-        return self._mesh.all_hits(*arguments, limit, bool(crossings), False)
+        return self._mesh.all_hits(*arguments, limit, bool(crossings), False, False)
 
     def closest_point(
         self, points: ArrayLike
@@ -191,7 +195,8 @@ class Mesh:
         """Find the closest point of the mesh to each of k points.
 
         Returns ``point`` (shape (k, 3), ``float64``), ``distance`` (``float64``) and ``triangle`` (``int64``; of equally
-        near triangles the lowest). A point with a NaN gets NaN, NaN and -1.
+        near triangles the lowest). A point with a NaN gets NaN, NaN and -1, as does every point if the mesh is empty.
+        Triangles without area are ignored.
         """
         return self._mesh.closest_point(_arrays.vectors("points", points, one=True))
 
@@ -221,11 +226,11 @@ class Mesh:
         Results are those of a new mesh."""
         self._mesh.refit(_arrays.vectors("vertices", vertices))
 
-    def __copy__(self) -> Mesh:
+    def __copy__(self) -> Self:
         """A mesh that is moved on its own. They share what is not moved."""
         return self.__deepcopy__(None)
 
-    def __deepcopy__(self, memo) -> Mesh:
+    def __deepcopy__(self, memo: dict[int, Any] | None) -> Self:
         mesh = type(self).__new__(type(self))
         for name, value in self.__dict__.items():
             if name == "_mesh":
@@ -241,13 +246,15 @@ class Mesh:
     def __setstate__(self, state):
         self.__dict__.update(state, _mesh=_octray.of_parts(*state["_mesh"]))
 
-    def _rays(self, origins, directions, t_min, t_max):
-        origins, directions = _arrays.rays(origins, directions)
-        count = len(directions)
-        return origins, directions, _arrays.ends("t_min", t_min, count), _arrays.ends("t_max", t_max, count)
+    def _rays(
+        self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike, t_max: ArrayLike
+    ) -> tuple[NDArray[Any], NDArray[Any], float | NDArray[Any], float | NDArray[Any]]:
+        arrays = _arrays.rays(origins, directions)
+        count = len(arrays[1])
+        return *arrays, _arrays.ends("t_min", t_min, count), _arrays.ends("t_max", t_max, count)
 
 
-def _thread_count(threads: int | None) -> int | None:
+def _thread_count(threads: SupportsIndex | None) -> int | None:
     if threads is None:
         return None
     number = _arrays.count("threads", threads, least=1)

@@ -1,8 +1,10 @@
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
+
+__all__ = ["Mesh", "__version__", "isa", "load", "of_parts", "parts", "program", "render"]
 
 __version__: str
 
@@ -12,6 +14,7 @@ def program(arguments: Sequence[str]) -> int: ...
 _Vectors = NDArray[np.float32] | NDArray[np.float64]
 _Ends = float | NDArray[np.float32]
 
+@final
 class Mesh:
     def __new__(cls, vertices: _Vectors, faces: NDArray[np.int64], threads: int | None) -> Mesh: ...
     @property
@@ -35,6 +38,7 @@ class Mesh:
         max_hits: int | None,
         crossings: bool,
         starts: bool,
+        once: bool,
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]: ...
     def surface(
         self,
@@ -45,6 +49,7 @@ class Mesh:
         t: NDArray[np.float32],
         with_normals: bool,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    # Triangles without area are ignored; in an empty mesh NaN, NaN and -1.
     def closest_point(
         self, points: _Vectors
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]: ...

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, SupportsIndex
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +22,10 @@ _MOST_SAMPLES = 1 << 20
 
 def render(
     source: str | bytes | os.PathLike[str] | Mesh,
-    size: tuple[int, int] = (512, 512),
-    camera: str | int | Mapping[str, Any] | None = None,
-    samples: int | str = "usual",
-    aov: Sequence[str] = (),
+    size: Sequence[SupportsIndex] | NDArray[np.integer[Any]] = (512, 512),
+    camera: str | SupportsIndex | Mapping[str, Any] | None = None,
+    samples: SupportsIndex | str = "usual",
+    aov: str | Sequence[str] = (),
     style: str | None = None,
 ) -> dict[str, NDArray[Any]]:
     """Render a scene (``.scn``), a mesh file or a :class:`Mesh`, like the program ``octray``.
@@ -75,27 +75,40 @@ def render(
         raise ValueError(f"size: expected a width and a height, found {size!r}")
     width, height = (_arrays.count("size", side, least=1) for side in sides)
     if max(width, height) > _LARGEST:
-        raise ValueError(f"size: expected at most {_LARGEST} pixels a side, found {width} and {height}")
-    if isinstance(samples, str) and samples == "usual":
-        samples = None
-    elif not isinstance(samples, str):
-        samples = _arrays.count("samples", samples, least=1)
-        if samples > _MOST_SAMPLES:
-            raise ValueError(f"samples: expected at most {_MOST_SAMPLES}, found {samples}")
-        samples = str(samples)
+        raise ValueError(f"size: expected at most {_LARGEST} pixels a side, found {_arrays.shown(sides)}")
+    number = _samples(samples)
     if style is not None and not isinstance(style, str):
         raise ValueError(f"style: expected plain, studio or clay, found {style!r}")
     start, target, up, lens = _camera(camera)
+    subject: _octray.Mesh | str
     if isinstance(source, Mesh):
-        source = source._mesh
+        subject = source._mesh
     elif isinstance(source, (str, bytes, os.PathLike)):
-        source = os.fsdecode(source)
+        subject = os.fsdecode(source)
+        # A file of that name: to the program it is standard input.
+        subject = "./-" if subject == "-" else subject
     else:
         raise ValueError(f"source: expected a path or a Mesh, found {source!r}")
-    arrays, notes = _octray.render(source, (width, height), start, target, up, lens, style, samples, bool(names))
+    arrays, notes = _octray.render(subject, (width, height), start, target, up, lens, style, number, bool(names))
     for note in notes:
         warnings.warn(note, stacklevel=2)
     return {name: arrays[name] for name in ("color", *names)}
+
+
+def _samples(samples: SupportsIndex | str) -> str | None:
+    """Return the samples as the program takes them, or None for the usual ones."""
+    if isinstance(samples, str):
+        number = samples.removeprefix("auto:")
+        # What is no number, or one longer than Python reads, the program refuses.
+        is_number = number.isascii() and number.isdigit() and len(number) < 1000
+        most = int(number) if is_number else 0
+    else:
+        most = _arrays.count("samples", samples, least=1)
+    if most > _MOST_SAMPLES:
+        raise ValueError(f"samples: expected at most {_MOST_SAMPLES}, found {_arrays.shown(samples)}")
+    if isinstance(samples, str):
+        return None if samples == "usual" else samples
+    return str(most)
 
 
 def _items(value):
@@ -137,6 +150,7 @@ def _vector(name, value, count):
     """Return ``count`` finite numbers."""
     if value is None:
         return None
+    _arrays.refuse_masked(f"camera: {name}", value, "numbers")
     try:
         vector = np.asarray(value, dtype=np.float64).ravel()
     except (TypeError, ValueError, OverflowError):

@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +19,8 @@ class RayMeshIntersector:
     """The methods of ``trimesh.ray.ray_pyembree.RayMeshIntersector``, with the same shapes and types.
 
     Where a ray passes through an edge or a vertex, one triangle is reported, as by trimesh's engines, or with
-    ``every_triangle`` all that it touches. Hits are sorted by ray, the nearest first. A ray that starts exactly on a triangle
+    ``every_triangle`` all that it touches: of those that share the edge or vertex the one with the lowest index.
+    ``max_hits`` counts what is reported. Hits are sorted by ray, the nearest first. A ray that starts exactly on a triangle
     hits it. ``scale_to_box`` has no effect: coordinates are never scaled.
     """
 
@@ -55,7 +56,7 @@ class RayMeshIntersector:
         ray_origins: ArrayLike,
         ray_directions: ArrayLike,
         multiple_hits: bool = True,
-        max_hits: int = 100,
+        max_hits: SupportsIndex = 100,
         return_locations: bool = False,
     ) -> tuple[Any, ...]:
         """Return the triangles that rays hit: ``index_tri`` (m,), ``index_ray`` (m,), and with ``return_locations``
@@ -64,10 +65,8 @@ class RayMeshIntersector:
         scene = self._scene
         limit = _arrays.count("max_hits", max_hits, least=0)
         limit = limit if multiple_hits else min(limit, 1)
-        hits = scene._mesh.all_hits(origins, directions, 0.0, np.inf, limit, False, True)
-        if multiple_hits and not self.every_triangle:
-            hits = _once_a_place(scene, origins, directions, hits)
-        index_ray, index_tri, t = hits
+        once = multiple_hits and not self.every_triangle
+        index_ray, index_tri, t = scene._mesh.all_hits(origins, directions, 0.0, np.inf, limit, False, True, once)
         if not return_locations:
             return index_tri, index_ray
         locations, _ = scene._mesh.surface(origins, directions, index_ray, index_tri, t, False)
@@ -83,14 +82,14 @@ class RayMeshIntersector:
 
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Return whether each point is inside: (n,). For a mesh that is not closed, uses trimesh's algorithm."""
-        points = _doubles("points", points)
-        if points.ndim != 2 or points.shape[1] != 3:
-            raise ValueError(f"points: expected shape (n, 3), found {points.shape}")
+        at = _doubles("points", points)
+        if at.ndim != 2 or at.shape[1] != 3:
+            raise ValueError(f"points: expected shape (n, 3), found {at.shape}")
         if self.mesh.is_watertight:
-            return self._scene.contains(points)
+            return self._scene.contains(at)
         from trimesh.ray.ray_util import contains_points
 
-        return contains_points(_Crossings(self.mesh, self._scene), points)
+        return contains_points(_Crossings(self.mesh, self._scene), at)
 
     def __getstate__(self):
         return {**self.__dict__, "_built": None}
@@ -114,26 +113,8 @@ class _Crossings:
         return t, ray, triangle
 
 
-def _once_a_place(scene, origins, directions, hits):
-    """Keep one of several triangles that a ray touches at an edge or a vertex.
-
-    Of hits within rounding error, those that the line crosses exactly stay, or else the first.
-    """
-    ray, triangle, t = hits
-    is_near = (ray[1:] == ray[:-1]) & (t[1:] - t[:-1] <= t[1:] * 2.0**-20)
-    if not is_near.any():
-        return hits
-    some = np.unique(ray[1:][is_near])
-    of_some, crossed, _ = scene.all_hits(origins[some], directions[some], crossings=True)
-    numbers = scene._mesh.counts[1]
-    is_crossed = np.isin(ray * numbers + triangle, some[of_some] * numbers + crossed)
-    is_first = np.concatenate([[True], ~is_near])
-    place = np.cumsum(is_first) - 1
-    stays = is_crossed | (is_first & (np.bincount(place, is_crossed) == 0)[place])
-    return ray[stays], triangle[stays], t[stays]
-
-
-def _doubles(name, value):
+def _doubles(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    _arrays.refuse_masked(name, value, "an array of numbers of shape (n, 3)")
     try:
         return np.ascontiguousarray(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:

@@ -138,6 +138,8 @@ struct AllWanted {
     limit: Option<usize>,
     crossings: bool,
     starts: bool,
+    /// One triangle of those at the same edge or vertex.
+    once: bool,
 }
 
 impl AllWanted {
@@ -145,11 +147,11 @@ impl AllWanted {
     fn append(&self, geometry: &Geometry, rays: Rays<'_>, first: usize, to: &mut HitColumns) {
         let trace = || match (self.crossings, self.starts) {
             (true, _) => geometry.crossings_each(rays),
-            (false, true) => geometry.exact_hits_each(rays, self.limit),
+            (false, true) => geometry.exact_hits_each(rays, self.limit, self.once),
             (false, false) => geometry.all_hits_each(rays, self.limit),
         };
         let (all, at_start) = if self.starts {
-            geometry.with_starts(rays, trace)
+            geometry.with_starts(rays, self.once, trace)
         } else {
             (trace(), Vec::new())
         };
@@ -274,7 +276,7 @@ impl Mesh {
         let found = self.of_rays(py, &rays, -1, |geometry, rays, to| {
             let mut hits = vec![Hit::miss(f32::INFINITY); rays.len()];
             let trace = || geometry.worker().closest_hits(rays, &mut hits);
-            let ((), starts) = geometry.with_starts(rays, trace);
+            let ((), starts) = geometry.with_starts(rays, false, trace);
             for (to, hit) in to.iter_mut().zip(hits) {
                 *to = id_of(hit.primitive) as i32;
             }
@@ -312,7 +314,7 @@ impl Mesh {
         let rays = asked(&origins, &directions, &t_min, &t_max)?;
         let found = self.of_rays(py, &rays, false, |geometry, rays, to| {
             let trace = || geometry.worker().occluded_each(rays, to);
-            let ((), starts) = geometry.with_starts(rays, trace);
+            let ((), starts) = geometry.with_starts(rays, false, trace);
             for (ray, _) in starts {
                 to[ray] = true;
             }
@@ -321,11 +323,12 @@ impl Mesh {
     }
 
     /// With `starts` as trimesh's engines: also the triangles on which rays start, at t = 0, which must not be before `t_min`
-    /// then, and hits are those of the rays as they are given, not rounded to `f32`.
+    /// then, and hits are those of the rays as they are given, not rounded to `f32`. With `once` as well, one triangle of
+    /// those that a ray meets at the same edge or vertex; `max_hits` counts what is left.
     #[expect(clippy::type_complexity, reason = "a tuple of arrays")]
     #[expect(
         clippy::too_many_arguments,
-        reason = "those of the Python method, and one more"
+        reason = "those of the Python method, and two more"
     )]
     fn all_hits<'py>(
         &self,
@@ -337,6 +340,7 @@ impl Mesh {
         max_hits: Option<usize>,
         crossings: bool,
         starts: bool,
+        once: bool,
     ) -> PyResult<(
         Bound<'py, PyArray1<i64>>,
         Bound<'py, PyArray1<i64>>,
@@ -347,6 +351,7 @@ impl Mesh {
             limit: max_hits,
             crossings,
             starts,
+            once,
         };
         let count = rays.len();
         let found = self.run(py, count, |geometry, cancelled| {

@@ -70,10 +70,29 @@ pub fn raised(error: &CliError) -> PyErr {
     }
 }
 
-/// A copy of the mesh relative to its origin, and that origin.
+/// A copy of the mesh relative to its origin, and that origin. Vertices that no triangle uses are left out, as when a file
+/// is loaded: they would change the framing.
 fn copied(py: Python<'_>, mesh: &Mesh) -> (TriangleMesh, DVec3) {
     let geometry = mesh.geometry(py);
-    let (positions, middle) = geometry.vertices();
+    let (mut positions, middle) = geometry.vertices();
+    let mut triangles = geometry.triangles().to_vec();
+    let mut is_used = vec![false; positions.len()];
+    for &corner in triangles.as_flattened() {
+        is_used[corner as usize] = true;
+    }
+    if is_used.contains(&false) {
+        let before = is_used.iter().scan(0, |count, &used| {
+            let before = *count;
+            *count += u32::from(used);
+            Some(before)
+        });
+        let moved: Vec<u32> = before.collect();
+        for corner in triangles.as_flattened_mut() {
+            *corner = moved[*corner as usize];
+        }
+        let mut used = is_used.into_iter();
+        positions.retain(|_| used.next() == Some(true));
+    }
     let axis = |axis: usize| positions.iter().map(|position| position[axis]).collect();
     let mesh = TriangleMesh {
         x: axis(0),
@@ -82,7 +101,7 @@ fn copied(py: Python<'_>, mesh: &Mesh) -> (TriangleMesh, DVec3) {
         normals: Vec::new(),
         colors: Vec::new(),
         uvs: Vec::new(),
-        triangles: geometry.triangles().to_vec(),
+        triangles,
     };
     (mesh, middle)
 }

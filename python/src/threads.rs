@@ -1,7 +1,10 @@
 //! Thread pools, and calls that Ctrl-C ends.
 
 use octray::QueryError;
-use pyo3::{exceptions::PyValueError, prelude::*};
+use pyo3::{
+    exceptions::{PyRuntimeError, PyValueError},
+    prelude::*,
+};
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use std::{
     ops::Range,
@@ -100,15 +103,25 @@ impl Threads {
 pub struct Turns {
     /// The process that holds it; 0 for none.
     process: AtomicU32,
+    /// The thread of that process, by [`this_thread`]; 0 for none.
+    thread: AtomicUsize,
 }
 
 /// A turn, until it is dropped.
-pub struct Turn<'a>(&'a AtomicU32);
+pub struct Turn<'a>(&'a Turns);
+
+/// A number of this thread, not 0.
+fn this_thread() -> usize {
+    static NEXT: AtomicUsize = AtomicUsize::new(1);
+    thread_local!(static OWN: usize = NEXT.fetch_add(1, Ordering::Relaxed));
+    OWN.with(|own| *own)
+}
 
 impl Turns {
     /// Waits for a turn.
     ///
     /// # Errors
+    /// `RuntimeError` if this thread has the turn: a signal handler that waited would wait for itself.
     /// `KeyboardInterrupt`, or what another signal handler raises.
     pub fn take(&self, py: Python<'_>) -> PyResult<Turn<'_>> {
         let own = std::process::id();
@@ -119,7 +132,13 @@ impl Turns {
                     .compare_exchange(holder, own, Ordering::Acquire, Ordering::Relaxed)
             };
             if holder != own && change(holder).is_ok() {
-                return Ok(Turn(&self.process));
+                self.thread.store(this_thread(), Ordering::Relaxed);
+                return Ok(Turn(self));
+            }
+            if holder == own && self.thread.load(Ordering::Relaxed) == this_thread() {
+                return Err(PyRuntimeError::new_err(
+                    "refit: this thread is already moving the vertices of this mesh (called from a signal handler?)",
+                ));
             }
             py.detach(|| thread::sleep(TURN));
             py.check_signals()?;
@@ -129,7 +148,8 @@ impl Turns {
 
 impl Drop for Turn<'_> {
     fn drop(&mut self) {
-        self.0.store(0, Ordering::Release);
+        self.0.thread.store(0, Ordering::Relaxed);
+        self.0.process.store(0, Ordering::Release);
     }
 }
 

@@ -135,6 +135,10 @@ def test_points(ball):
     assert np.array_equal(signed > 0, inside) and np.array_equal(np.abs(signed), distance)
     nothing = mesh.closest_point([[np.nan, 0, 0]])
     assert np.isnan(nothing[0]).all() and np.isnan(nothing[1]).all() and nothing[2][0] == -1
+    # An empty mesh, and triangles without area.
+    assert octray.Mesh([], []).closest_point(points)[2].max() == -1
+    flat = octray.Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 9, 0]], [[0, 1, 2], [0, 2, 3]])
+    assert flat.closest_point([[1, -1, 0]])[2].tolist() == [1]
 
 
 def test_an_open_mesh_has_no_inside():
@@ -296,6 +300,30 @@ def test_ends_are_those_of_exact_numbers():
         assert mesh.occluded(*ray, t_max=np.array([5.0]))
 
 
+def test_ends_above_all_numbers(ball):
+    mesh, ray = ball[0], ([[-3.0, 0.01, 0.02]] * 2, [[2.0, 0.0, 0.0]] * 2)
+    for far in (10**30, 10**400, [10**30, 10**400], (10**30, 5.0)):
+        assert mesh.occluded(*ray, t_max=far).all() and not mesh.occluded(*ray, t_min=far).any()
+    with pytest.raises(ValueError, match="at least 0"):
+        mesh.occluded(*ray, t_min=-(10**400))
+    with pytest.raises(ValueError, match="t_max"):
+        mesh.occluded(*ray, t_max=[True, 10**30])
+
+
+def test_masked_items_are_refused(ball):
+    mesh, vertices, faces = ball
+    masked = np.ma.masked_array(vertices[:3], mask=np.eye(3, dtype=bool))
+    for ask in (mesh.closest_point, mesh.refit, mesh.contains, lambda points: mesh.occluded(points, points)):
+        with pytest.raises(ValueError, match="3 masked items"):
+            ask(masked)
+    with pytest.raises(ValueError, match="faces.*1 masked items"):
+        octray.Mesh(vertices, np.ma.masked_equal(faces[:1], faces[0, 1]))
+    with pytest.raises(ValueError, match="t_max.*masked"):
+        mesh.occluded(vertices[:2], vertices[:2], t_max=np.ma.masked_array([1.0, 2.0], mask=[True, False]))
+    # Without masked items it is an array like any other.
+    assert len(mesh.closest_point(np.ma.masked_array(vertices[:3]))[1]) == 3
+
+
 def test_limits_above_all_numbers(ball):
     mesh = ball[0]
     origins, directions = np.full((3, 3), 3.0), -np.ones((3, 3))
@@ -386,7 +414,7 @@ def test_a_forked_process_has_threads_of_its_own(ball):
     pytest.fail("the child hangs")
 
 
-def test_ctrl_c_ends_long_calls():
+def test_ctrl_c_ends_long_calls(tmp_path):
     code = (
         "import numpy as np, octray, os, signal, threading, time\n"
         "n = np.random.default_rng(0).uniform(-1, 1, (300_000, 3))\n"
@@ -401,116 +429,29 @@ def test_ctrl_c_ends_long_calls():
         "except KeyboardInterrupt:\n"
         "    print('ended')\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    # Elsewhere than in python/, where octray/ is the package's source.
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, cwd=tmp_path)
     assert done.stdout == "ended\n", done
 
 
-def test_the_program_is_installed():
-    program = pathlib.Path(sys.executable).with_name("octray")
-    done = subprocess.run([program, "--version"], capture_output=True, text=True, timeout=60)
-    assert done.returncode == 0 and done.stdout.startswith("octray ")
-    done = subprocess.run([program, "no-such-file.ply"], capture_output=True, text=True, timeout=60)
-    assert done.returncode == 1 and done.stderr.startswith("error: ")
-
-
-def test_names():
-    assert octray.isa()
-    assert "triangles" in repr(octray.Mesh(*sphere())) and octray.__version__
-
-
-def test_trimesh():
-    trimesh = pytest.importorskip("trimesh")
-    import octray.trimesh
-
-    mesh = trimesh.creation.icosphere(subdivisions=3)
-    rays = octray.trimesh.RayMeshIntersector(mesh)
-    origins = np.random.default_rng(8).uniform(-2, 2, (200, 3))
-    directions = np.random.default_rng(9).normal(size=(200, 3))
-    locations, index_ray, index_tri = rays.intersects_location(origins, directions)
-    assert locations.shape == (len(index_ray), 3) and index_tri.dtype == np.int64
-    planes = np.einsum("ij,ij->i", locations - mesh.triangles[index_tri][:, 0], mesh.face_normals[index_tri])
-    assert np.abs(planes).max() < 1e-6
-    first = rays.intersects_first(origins, directions)
-    assert np.array_equal(first != -1, rays.intersects_any(origins, directions))
-    radius = np.linalg.norm(origins, axis=1)
-    inside = rays.contains_points(origins)
-    assert inside[radius < 0.98].all() and not inside[radius > 1].any()
-    assert pickle.loads(pickle.dumps(rays)).intersects_first(origins, directions).tolist() == first.tolist()
-    with pytest.raises(ValueError, match="mesh of trimesh"):
-        octray.trimesh.RayMeshIntersector(octray.Mesh(mesh.vertices, mesh.faces))
-    mesh.apply_scale(2)
-    assert np.allclose(np.abs(rays.intersects_location([[0, 0, 0]], [[0, 0, 1]])[0]).max(), 2, atol=0.05)
-
-
-def test_trimesh_tells_one_triangle_at_an_edge():
-    trimesh = pytest.importorskip("trimesh")
-    import octray.trimesh
-
-    cylinder = trimesh.creation.cylinder(radius=1.0, height=4.0, sections=32)
-    side = np.linspace(-0.6, 0.6, 16)
-    origins = np.array([[x, y, -5.0] for x in side for y in side])
-    directions = np.tile([[0.0, 0.0, 1.0]], (len(origins), 1))
-    _, ray = octray.trimesh.RayMeshIntersector(cylinder).intersects_id(origins, directions)
-    assert (np.bincount(ray) == 2).all()
-    every = octray.trimesh.RayMeshIntersector(cylinder, every_triangle=True)
-    assert np.bincount(every.intersects_id(origins, directions)[1]).max() == 4
-    # Through a corner of a box from inside, along an edge, and in the plane of a face.
-    box = octray.trimesh.RayMeshIntersector(trimesh.creation.box())
-    corners = box.mesh.vertices
-    assert (np.bincount(box.intersects_id(np.zeros_like(corners), corners)[1]) == 1).all()
-    flat = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [1, 3, 0], [0, 3, 0]], [[0, 1, 2], [0, 2, 3]], process=False)
-    locations, _, _ = octray.trimesh.RayMeshIntersector(flat).intersects_location([[-5, 1, 0]], [[1, 0, 0]])
-    assert locations.shape == (0, 3)
-
-
-def test_trimesh_hits_are_those_of_float64_rays():
-    trimesh = pytest.importorskip("trimesh")
-    import octray.trimesh
-
-    square = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]], process=False)
-    random = np.random.default_rng(3)
-    at = np.repeat(random.uniform(0.1, 0.9, (500, 1)), 3, axis=1) * [1, 1, 0]
-    above = random.random(500) < 0.5
-    at[:, 1] += np.where(above, 1e-12, -1e-12)
-    origins = random.uniform(-1, 2, (500, 3)) + [0, 0, 3]
-    triangle, ray = octray.trimesh.RayMeshIntersector(square).intersects_id(origins, at - origins)
-    assert (ray == np.arange(500)).all() and (triangle == above).all()
-
-
-def test_trimesh_makes_its_primitives_with_it(monkeypatch):
-    trimesh = pytest.importorskip("trimesh")
-    import octray.trimesh
-
-    # As trimesh does: before the mesh has vertices.
-    engine = type("ray_pyembree", (), {"RayMeshIntersector": octray.trimesh.RayMeshIntersector})
-    monkeypatch.setattr(trimesh.ray, "has_embree", True)
-    monkeypatch.setattr(trimesh.ray, "ray_pyembree", engine, raising=False)
-    for mesh in (trimesh.primitives.Sphere(), trimesh.primitives.Box(), trimesh.Trimesh()):
-        assert isinstance(mesh.ray, octray.trimesh.RayMeshIntersector)
-    assert trimesh.primitives.Box().ray.contains_points([[0, 0, 0]]).all()
-
-
-def test_trimesh_rays_that_start_on_the_surface_hit_it():
-    trimesh = pytest.importorskip("trimesh")
-    import octray.trimesh
-
-    box = trimesh.creation.box().subdivide().subdivide()
-    rays = octray.trimesh.RayMeshIntersector(box)
-    top, down = [[0.0, 0.0, 0.5]], [[0.0, 0.0, -1.0]]
-    _, _, locations = rays.intersects_id(top, down, return_locations=True)
-    assert locations.tolist() == [[0, 0, 0.5], [0, 0, -0.5]]
-    assert rays.intersects_id(top, down, max_hits=1)[0] == rays.intersects_first(top, down)
-    # Many, from triangles, edges and vertices, outwards: the surface is all that they hit.
-    weights = np.repeat([[4, 2, 2], [4, 4, 0], [8, 0, 0]], len(box.faces), axis=0) / 8
-    origins = np.einsum("ij,ijk->ik", weights, np.tile(box.triangles, (3, 1, 1)))
-    outwards = np.tile(box.face_normals, (3, 1)) + [0.01, 0.02, 0.03]
-    first = rays.intersects_first(origins, outwards)
-    assert np.array_equal(np.einsum("ij,ij->i", box.triangles[first][:, 0] - origins, box.face_normals[first]), first * 0.0)
-    assert rays.intersects_any(origins, outwards).all()
-    _, index_ray, locations = rays.intersects_id(origins, outwards, return_locations=True)
-    assert np.array_equal(np.unique(index_ray), np.arange(len(origins)))
-    # From a vertex a ray may leave through another face.
-    assert np.allclose(locations[np.unique(index_ray, return_index=True)[1]], origins)
-    for direction in ([np.nan, 0, 1], [0, 0, 0]):
-        assert rays.intersects_id(top, [direction])[0].size == 0
-    assert not rays.intersects_any(np.array(top) + [0, 0, 1e-6], -np.array(down)).any()
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="this system has no timers")
+def test_a_refit_in_a_signal_handler_does_not_wait_for_itself(tmp_path):
+    code = (
+        "import faulthandler, numpy as np, octray, signal\n"
+        "faulthandler.dump_traceback_later(50, exit=True)\n"
+        "vertices = np.random.default_rng(0).uniform(-1, 1, (600_000, 3))\n"
+        "mesh = octray.Mesh(vertices, np.arange(600_000).reshape(-1, 3), threads=1)\n"
+        "def handler(*_):\n"
+        "    try: mesh.refit(vertices)\n"
+        "    except RuntimeError as error: caught.append(error)\n"
+        "    signal.setitimer(signal.ITIMER_REAL, 0.001)\n"
+        "caught = []\n"
+        "signal.signal(signal.SIGALRM, handler)\n"
+        "signal.setitimer(signal.ITIMER_REAL, 0.001)\n"
+        "while not caught: mesh.refit(vertices * 2)\n"
+        "signal.setitimer(signal.ITIMER_REAL, 0)\n"
+        "mesh.refit(vertices * 3)\n"
+        "print(caught[0])\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, cwd=tmp_path)
+    assert "already moving" in done.stdout and done.returncode == 0, done

@@ -87,7 +87,13 @@ def test_parallel_rays_and_lenses():
         ({"size": 3}, "size"),
         ({"size": (10**6, 1)}, "size"),
         ({"samples": 0}, "samples"),
-        ({"samples": 10**12}, "samples"),
+        ({"samples": 10**12}, "samples: expected at most 1048576, found 1000000000000"),
+        ({"samples": 2**70}, "found 1180591620717411303424"),
+        ({"samples": 10**9999}, "found a larger one"),
+        ({"samples": "1048577"}, "samples: expected at most 1048576, found '1048577'"),
+        ({"samples": "auto:99999999"}, "at most 1048576, found 'auto:99999999'"),
+        ({"samples": "auto:" + "9" * 9999}, "samples"),
+        ({"size": (2**70, 1)}, "at most 65535 pixels a side, found .1180591620717411303424, 1"),
         ({"samples": None}, "samples"),
         ({"samples": "many"}, "samples"),
         ({"samples": "auto:0"}, "samples"),
@@ -126,6 +132,25 @@ def test_wrong_options(options, message):
         octray.render(SCENES / "reflections.scn", **options)
     # The program's options are not those of Python.
     assert "--" not in str(caught.value)
+
+
+def test_vertices_that_no_face_uses_do_not_change_the_framing():
+    corners, faces = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, 0.2, 0.5]]), [[0, 2, 1], [0, 1, 3]]
+    expected = octray.render(octray.Mesh(corners, faces), (40, 30), aov="id")
+    more = np.vstack([[[1000, 0, 0]], corners[:2], [[0, -500, 3]], corners[2:]])
+    found = octray.render(octray.Mesh(more, [[1, 4, 2], [1, 2, 5]]), (40, 30), aov="id")
+    assert np.array_equal(found["id"], expected["id"]) and np.isin([0, 1], found["id"]).all()
+    assert np.array_equal(found["color"], expected["color"])
+
+
+def test_a_path_is_no_standard_input(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for path in ("-", b"-", pathlib.Path("-")):
+        with pytest.raises(FileNotFoundError, match="-: file not found"):
+            octray.render(path)
+    (tmp_path / "-").write_bytes((SCENES / "meshes" / "vase.obj").read_bytes())
+    with pytest.raises(ValueError, match="-: unknown file type"):
+        octray.render("-")
 
 
 def test_wrong_files(tmp_path):

@@ -15,13 +15,13 @@ use glam::Vec3;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Crossing(pub [Vec3; 3]);
 
-fn direction(d: Vec3) -> Row {
+pub(super) fn direction(d: Vec3) -> Row {
     [f64::from(d.x), f64::from(d.y), f64::from(d.z), 0.0]
 }
 
-fn axis(i: usize) -> Row {
+fn axis(i: usize, way: f64) -> Row {
     let mut row = [0.0; 4];
-    row[i] = 1.0;
+    row[i] = way;
     row
 }
 
@@ -45,9 +45,11 @@ const MOVES: [[Option<usize>; 2]; 13] = [
 ];
 
 /// A ray's line, moved.
-struct Line {
-    origin: Row,
-    direction: Row,
+pub(super) struct Line {
+    pub origin: Row,
+    pub direction: Row,
+    /// 1, or -1 to move it the opposite way.
+    pub way: f64,
 }
 
 impl Line {
@@ -56,15 +58,25 @@ impl Line {
         self.first_term(|[d, o]| sign([o, d, a, b]))
     }
 
-    /// Whether the line passes through a triangle ahead of its origin.
-    fn passes(&self, Crossing(corners): &Crossing) -> bool {
+    /// Whether the line passes through a triangle, ahead of its origin or behind. `sides` are those of the edges for the line as
+    /// it was, or 0.
+    pub(super) fn pierces(&self, corners: [Vec3; 3], mut sides: [f64; 3]) -> bool {
         let [a, b, c] = corners.map(point);
-        let sides = [self.side(a, b), self.side(b, c), self.side(c, a)];
-        let is_left = sides.iter().all(|&side| side > 0.0);
-        let is_right = sides.iter().all(|&side| side < 0.0);
-        if !is_left && !is_right {
+        let edges = [[a, b], [b, c], [c, a]];
+        for (side, [from, to]) in sides.iter_mut().zip(edges) {
+            if *side == 0.0 {
+                *side = self.side(from, to);
+            }
+        }
+        sides.iter().all(|&side| side > 0.0) || sides.iter().all(|&side| side < 0.0)
+    }
+
+    /// Whether the line passes through a triangle ahead of its origin.
+    fn passes(&self, &Crossing(corners): &Crossing) -> bool {
+        if !self.pierces(corners, [0.0; 3]) {
             return false;
         }
+        let [a, b, c] = corners.map(point);
         // Origin and direction are on different sides of the plane.
         let origin = self.first_term(|[_, o]| sign([a, b, c, o]));
         let along = self.first_term(|[d, _]| sign([a, b, c, d]));
@@ -73,9 +85,10 @@ impl Line {
 
     /// The first of the terms that is not 0, of direction and origin or what they are moved along.
     fn first_term(&self, term: impl Fn([Row; 2]) -> f64) -> f64 {
+        let moved = |row: Row, along: Option<usize>| along.map_or(row, |i| axis(i, self.way));
         let mut terms = MOVES
             .iter()
-            .map(|&[d, o]| term([d.map_or(self.direction, axis), o.map_or(self.origin, axis)]));
+            .map(|&[d, o]| term([moved(self.direction, d), moved(self.origin, o)]));
         terms.find(|&sign| sign != 0.0).unwrap_or(0.0)
     }
 }
@@ -85,6 +98,7 @@ pub(super) fn decide(ray: &Ray, triangles: &[Crossing]) -> Vec<bool> {
     let line = Line {
         origin: point(ray.origin),
         direction: direction(ray.direction),
+        way: 1.0,
     };
     triangles.iter().map(|triangle| line.passes(triangle)).collect()
 }

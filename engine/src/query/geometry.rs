@@ -396,14 +396,20 @@ impl Geometry {
 
     /// Finds all hits of many rays whose directions are not rounded to `f32`, nor their origins where triangles are farther
     /// away than a sixth of an origin's distance from the middle of the geometry. Hits are those of exact arithmetic then:
-    /// triangles within rounding error of each other's edges may differ from those of [`Geometry::all_hits_each`].
+    /// triangles within rounding error of each other's edges may differ from those of [`Geometry::all_hits_each`]. With `once`,
+    /// one triangle of those that a ray meets at the same edge or vertex.
     #[doc(hidden)]
     #[must_use]
-    pub fn exact_hits_each<'r>(&self, rays: impl Into<Rays<'r>>, limit: Option<usize>) -> AllHits {
+    pub fn exact_hits_each<'r>(
+        &self,
+        rays: impl Into<Rays<'r>>,
+        limit: Option<usize>,
+        once: bool,
+    ) -> AllHits {
         self.each_of(rays.into(), |unit, line, hits| {
             let first = hits.len();
             let all = All::new(unit, limit, self.bvh.repeats(), hits);
-            let mut exact = AllOfLine::new(all, Line::new(line, self.middle(), unit.ray.origin));
+            let mut exact = AllOfLine::new(all, Line::new(line, self.middle(), unit.ray.origin), once);
             visit(self.level, &self.bvh, &unit.ray, &mut exact);
             exact.into_all().into_hits(first)
         })

@@ -4,7 +4,7 @@
 //! ```text
 //! positions, triangles, spheres -> Geometry: scene relative to its centre, BVH
 //! rays (any length, f32 or f64) -> unit rays in f32 (unit) -> many: packets through the tracer (worker)
-//!                                                          -> one: a visit with a sink (sinks, crossings, exact)
+//!                                                          -> one: a visit with a sink (sinks, crossings, exact, places)
 //! points -> in Z order (z_order) -> closest point (nearest)
 //!        -> inside (inside: crossings on the way out)
 //! ```
@@ -21,6 +21,7 @@ mod mesh;
 #[doc(hidden)]
 pub mod nearest;
 mod order;
+mod places;
 mod points;
 mod rays;
 #[doc(hidden)]

@@ -1,27 +1,37 @@
 //! Hits at t = 0: the triangles on which rays start. Queries leave them out, but engines that the Python package stands in for
 //! report them.
 
-use super::{Geometry, Rays, nearest::box_distances, rays::EightRays, sinks::repeats_of, unit::UnitPacket};
+use super::{
+    Geometry, Rays,
+    crossings::direction,
+    nearest::box_distances,
+    places::{Touch, once_a_place},
+    rays::EightRays,
+    sinks::repeats_of,
+    unit::UnitPacket,
+};
 use crate::{
     accel::{Bvh, Child, TriangleBlocks},
     geometry::{TriangleLeaf, starts_on_planes},
     lanes::LANES,
     math::orientation::{Row, point, sign},
     ray::{PrimitiveId, Ray},
+    scene::Shape,
     simd::{LaneMask, Lanes, Simd, at_level},
 };
 use glam::Vec3;
 
 impl Geometry {
     /// Calls `trace`, which traces `rays` on this thread: with a worker, or up to 256. Returns its result and the triangles on
-    /// which rays start, by the ray's index, then id, without those parallel to the ray. After an occlusion query rays that
-    /// are blocked elsewhere may be missing.
+    /// which rays start, by the ray's index, then id, without those parallel to the ray; with `once`, one triangle of those at
+    /// the same edge or vertex. After an occlusion query rays that are blocked elsewhere may be missing.
     ///
     /// Costs next to nothing unless a ray starts on the plane of a triangle, which the canonical test notices.
     #[doc(hidden)]
     pub fn with_starts<T>(
         &self,
         rays: Rays<'_>,
+        once: bool,
         trace: impl FnOnce() -> T,
     ) -> (T, Vec<(usize, PrimitiveId)>) {
         let before = starts_on_planes();
@@ -29,12 +39,12 @@ impl Geometry {
         let starts = if starts_on_planes() == before {
             Vec::new()
         } else {
-            self.starts(rays)
+            self.starts(rays, once)
         };
         (traced, starts)
     }
 
-    fn starts(&self, rays: Rays<'_>) -> Vec<(usize, PrimitiveId)> {
+    fn starts(&self, rays: Rays<'_>, once: bool) -> Vec<(usize, PrimitiveId)> {
         let (mut found, mut stack, mut eight) = (Vec::new(), Vec::new(), EightRays::ZERO);
         for first in (0..rays.len()).step_by(LANES) {
             at_level!(self.level(), |simd| rays.eight(simd, first, &mut eight));
@@ -52,10 +62,39 @@ impl Geometry {
                         &mut take
                     ));
                 }
+                if once {
+                    let starts = found.split_off(before);
+                    self.once_a_start(&ray, starts.iter().map(|&(_, id)| id), |id| {
+                        found.push((first + lane, id));
+                    });
+                }
                 found[before..].sort_unstable();
             }
         }
         found
+    }
+
+    /// Calls `keep` with one triangle of each place, of those on which a ray starts.
+    fn once_a_start(
+        &self,
+        ray: &Ray,
+        starts: impl Iterator<Item = PrimitiveId>,
+        mut keep: impl FnMut(PrimitiveId),
+    ) {
+        let rows = [point(ray.origin), direction(ray.direction)];
+        let mut touches = Vec::new();
+        for id in starts {
+            let Shape::Triangle(corners) = self.scene().shape(id) else {
+                continue;
+            };
+            let [a, b, c] = corners.map(point);
+            let sides = [[a, b], [b, c], [c, a]].map(|[from, to]| sign([rows[0], rows[1], from, to]));
+            match Touch::new(id, (id, 0.0), corners, sides) {
+                Some(touch) => touches.push(touch),
+                None => keep(id),
+            }
+        }
+        once_a_place(rows, touches, keep);
     }
 }
 

@@ -1,6 +1,21 @@
 //! Usage lines and examples of the help texts.
 
-pub const ALL: &str = "\
+/// Text of builds with a window, nothing in others.
+#[cfg(feature = "viewer")]
+macro_rules! with_window {
+    ($text:literal) => {
+        $text
+    };
+}
+#[cfg(not(feature = "viewer"))]
+macro_rules! with_window {
+    ($text:literal) => {
+        ""
+    };
+}
+
+pub const ALL: &str = concat!(
+    "\
 Examples:
   octray scenes/reflections.scn                   reflections.png, 512x512, the scene's first camera
   octray a.scn -o big.png --size 3840x2160        a large picture
@@ -10,8 +25,9 @@ Examples:
   octray a.scn -o a.exr                           linear floats instead of 8 bits
   octray a.scn -o - | magick - a.webp             a PNG into a pipe
   octray bunny.ply --ground                       a mesh, framed and lit, on a ground plane
-  octray view a.scn                               a window to look around in
-  octray info a.scn                               what is in a scene
+",
+    with_window!("\x20 octray view a.scn                               a window to look around in\n"),
+    "\x20 octray info a.scn                               what is in a scene
   octray bench a.scn                              how fast this machine traces it
   octray bench --all --quick                      how fast it traces generated scenes
   octray verify --seconds 60                      check every tracing method on this machine
@@ -22,8 +38,11 @@ with the name of a command, write a path such as ./info, or the command before i
 Environment: OCTRAY_ISA=portable, avx2 or avx512 selects an instruction set, by default the best of
 this CPU. Pictures are the same with all of them.
 
-Exit codes: 0 success; 1 failure (the input, the disk, a limit); 2 usage error; 3 no display;
-5 a comparison or verification differs; 130 interrupted.";
+Exit codes: 0 success; 1 failure (the input, the disk, a limit); 2 usage error;",
+    with_window!(" 3 no display;"),
+    "
+5 a comparison or verification differs; 130 interrupted."
+);
 
 pub const RENDER: &str = "\
 Examples:

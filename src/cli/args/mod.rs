@@ -97,6 +97,10 @@ pub fn definition() -> clap::Command {
 /// # Errors
 /// [`CliError`].
 pub fn plan(arguments: Vec<OsString>) -> Result<Option<Plan>, CliError> {
+    #[cfg(not(feature = "viewer"))]
+    if let Some(why) = usage::no_window(&arguments) {
+        return Err(CliError::Usage(why));
+    }
     let arguments = default_command::with_default_command(arguments);
     let arguments = default_command::with_negative_values(arguments);
     if let Some(why) = usage::one_dash(&arguments) {

@@ -83,6 +83,16 @@ const ELSEWHERE: [(&[&str], &str); 21] = [
     ),
 ];
 
+/// The error if the command is `view`, and no file has that name.
+#[cfg(not(feature = "viewer"))]
+pub fn no_window(arguments: &[OsString]) -> Option<String> {
+    let is_view = arguments.get(1).is_some_and(|first| first == "view") && !Path::new("view").exists();
+    is_view.then(|| {
+        "this build has no window: `octray view` needs a program built with the feature `viewer`, as by `cargo install`"
+            .to_owned()
+    })
+}
+
 /// Adds a hint, if there is one.
 pub fn explain(error: &mut clap::Error, arguments: &[OsString]) {
     explain_conflict(error);

@@ -35,7 +35,7 @@ fn hits_are_those_of_exact_arithmetic() {
     }
     let rays = Rays::from_arrays(&origins, &directions).unwrap();
     let (found, rounded) = (
-        geometry.exact_hits_each(rays, None),
+        geometry.exact_hits_each(rays, None, false),
         geometry.all_hits_each(rays, None),
     );
     let (mut differ, mut all) = (0, 0);
@@ -56,6 +56,47 @@ fn hits_are_those_of_exact_arithmetic() {
     assert!(all > 3000 && differ > 1000, "{all} {differ}");
 }
 
+/// Two sheets very near each other, seen from afar through their vertices and edges: a triangle of each, that with the lowest
+/// id, also if only the nearest hits are wanted. Without `once` it is all that the ray touches.
+#[test]
+fn one_triangle_is_hit_at_each_place() {
+    let side = 9_u32;
+    let sheet = |z: f32| (0..side * side).map(move |i| [(i % side) as f32, (i / side) as f32, z]);
+    let positions: Vec<[f32; 3]> = sheet(0.0).chain(sheet(1e-3)).collect();
+    let squares = (0..side * (side - 1)).filter(|i| i % side < side - 1);
+    let of_sheet: Vec<[u32; 3]> = squares
+        .flat_map(|i| [[i, i + 1, i + side], [i + 1, i + side + 1, i + side]])
+        .collect();
+    let above = of_sheet.iter().map(|corners| corners.map(|i| i + side * side));
+    let triangles: Vec<[u32; 3]> = of_sheet.iter().copied().chain(above).collect();
+    let geometry = Geometry::from_triangles(&positions, &triangles).unwrap();
+    let mut random = Random::new(22);
+    let mut number = || f64::from(random.0.u32(2..14)) / 2.0;
+    let at: Vec<[f64; 2]> = (0..500).map(|_| [number(), number()]).collect();
+    let origins: Vec<[f64; 3]> = at.iter().map(|&[x, y]| [x, y, 1e4]).collect();
+    let directions = vec![[0.0, 0.0, -1.0]; origins.len()];
+    let rays = Rays::from_arrays(&origins, &directions).unwrap();
+    let ids = |limit, once| {
+        let found = geometry.exact_hits_each(rays, limit, once);
+        let of_ray = |i| found.of_ray(i).iter().map(|hit| hit.primitive.0).collect();
+        (0..origins.len()).map(of_ray).collect::<Vec<Vec<u32>>>()
+    };
+    let (every, once) = (ids(None, false), ids(None, true));
+    let [nearest, both] = [1, 2].map(|limit| ids(Some(limit), true));
+    let half = of_sheet.len() as u32;
+    for i in 0..origins.len() {
+        let lowest = |lower: bool| every[i].iter().copied().filter(|&id| (id < half) == lower).min();
+        let mut expected: Vec<u32> = [true, false].into_iter().filter_map(lowest).collect();
+        assert!(expected.len() == 2 && every[i].len() >= 2, "{i}");
+        let mut found = once[i].clone();
+        assert_eq!([&both[i], &nearest[i][..]], [&found, &found[..1]], "{i}");
+        found.sort_unstable();
+        expected.sort_unstable();
+        assert_eq!(found, expected, "{i}");
+    }
+    assert!(every.iter().filter(|ids| ids.len() == 12).count() > 50);
+}
+
 #[test]
 fn directions_of_any_length_have_the_same_hits() {
     let geometry = Geometry::from_triangles(
@@ -67,7 +108,7 @@ fn directions_of_any_length_have_the_same_hits() {
         for (x, is_hit) in [(-1e-12, false), (0.0, true), (1e-12, true)] {
             let direction = [[x * scale, 0.25 * scale, scale]];
             let rays = Rays::from_arrays(&[[0.0_f64; 3]], &direction).unwrap();
-            let hits = geometry.exact_hits_each(rays, None).hits.len();
+            let hits = geometry.exact_hits_each(rays, None, false).hits.len();
             assert_eq!(hits, usize::from(is_hit), "{scale} {x}");
         }
     }

@@ -52,15 +52,16 @@ fn rays_that_start_on_triangles_are_noticed() {
             })
             .collect();
         let mut hits = vec![Hit::default(); origins.len()];
-        let ((), starts) = geometry.with_starts(rays, || geometry.worker().closest_hits(rays, &mut hits));
+        let ((), starts) =
+            geometry.with_starts(rays, false, || geometry.worker().closest_hits(rays, &mut hits));
         assert_eq!(starts, expected);
         if origins.len() <= 256 {
-            let (_, starts) = geometry.with_starts(rays, || geometry.all_hits_each(rays, None));
+            let (_, starts) = geometry.with_starts(rays, false, || geometry.all_hits_each(rays, None));
             assert_eq!(starts, expected);
         }
         let mut blocked = vec![false; origins.len()];
         let trace = || geometry.worker().occluded_each(rays, &mut blocked);
-        let ((), starts) = geometry.with_starts(rays, trace);
+        let ((), starts) = geometry.with_starts(rays, false, trace);
         for (ray, _) in starts {
             blocked[ray] = true;
         }
