@@ -1,11 +1,11 @@
-//! One triangle of those that a line meets at the same place: at an edge or a vertex that they share. All exact, so that
-//! surfaces that are very near each other stay apart.
+//! Keeps one of the triangles that a line meets at the same place: at an edge or a vertex that they share. Decided exactly,
+//! not by t, so surfaces that are very near each other stay apart.
 
 use super::crossings;
 use crate::{math::orientation::Row, ray::PrimitiveId};
 use glam::{DVec3, Vec3};
 
-/// Of which part of a triangle a line passes the border: the ends of an edge in order, or a vertex twice.
+/// Where a line meets the border of a triangle: the ends of an edge in order, or a vertex twice.
 type Place = [Vec3; 2];
 
 /// A triangle that a line meets at an edge or a vertex.
@@ -56,7 +56,7 @@ fn ordered([a, b]: Place) -> Place {
     if bits(a) <= bits(b) { [a, b] } else { [b, a] }
 }
 
-/// Whether a line that passes both places passes them in one point: whether they are part of one straight line.
+/// Whether a line that meets both places meets them in one point: they lie on one straight line, or are the same vertex.
 fn is_same([a, b]: Place, [c, d]: Place) -> bool {
     let is_on = |p: Vec3, [from, to]: Place| {
         let [p, from, to] = [p, from, to].map(Vec3::as_dvec3);
@@ -69,7 +69,8 @@ fn is_same([a, b]: Place, [c, d]: Place) -> bool {
     }
 }
 
-/// Places farther apart than this fraction of t are not compared. Those of equal ends are one at any t.
+/// Different places farther apart than this fraction of t are not compared. It bounds the work of a ray, and is far above the
+/// error of t.
 const NEAR: f32 = 1.0 / 1024.0;
 
 /// Triangles at one place.
@@ -97,7 +98,7 @@ pub(super) fn once_a_place<T>(
             group.members.iter().filter(is_crossed).count()
         };
         let mut count = 1;
-        // A triangle is passed one way at most.
+        // A line that is moved one way and the opposite way passes a triangle once at most: two need four.
         if group.members.len() >= 4 {
             count = crossed(1.0).max(1);
         }
