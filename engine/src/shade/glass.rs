@@ -199,7 +199,7 @@ pub(super) fn absorb(scene: &Scene, rays: &mut RayQueue, hits: &[HitPacket]) {
     }
 }
 
-/// Sets what is left of the light of camera rays that start in a material, by channel: nothing is lost on rays that hit nothing.
+/// Sets the transmittance of camera rays that start in a material, by channel; 1 for rays that hit nothing.
 pub(super) fn passed(material: &Material, hits: &[HitPacket], passed: &mut Vec<[F32x8; 3]>) {
     passed.clear();
     passed.extend(hits.iter().map(|hits| {

@@ -85,7 +85,7 @@ pub struct Shader {
     first_points: Vec<[u32; LANES]>,
     /// The rays of each depth in scenes where rays branch.
     branches: Vec<glass::Depth>,
-    /// What is left of the light of camera rays that start in tinted glass, by channel; empty for others.
+    /// The transmittance of camera rays that start in tinted glass, by channel; empty for others.
     passed: Vec<[F32x8; 3]>,
     /// Ambient occlusion rays traced since [`Shader::reset_counts`].
     pub ambient_rays: u64,

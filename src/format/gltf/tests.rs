@@ -383,7 +383,7 @@ fn older_materials() {
 
 const OLD: &str = " glTF 1.0 is not supported; convert the file to glTF 2.0, for example with gltf-pipeline";
 
-/// A camera that two nodes place is there twice, by their names.
+/// A camera that two nodes place counts twice, by their names.
 #[test]
 fn cameras_of_several_nodes() {
     let json = r#"{"asset":{"version":"2.0"},"nodes":[{"camera":0,"name":"a"},{"camera":0,"name":"b"},{"camera":0},

@@ -182,7 +182,7 @@ fn check_existing(plan: &JobPlan) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Whether a scene has one frame, which needs no number: beside an animated scene, a still one has a turn, too.
+/// Whether a scene has only one frame. Beside an animated scene, a still one has a number, too.
 fn is_still(plan: &JobPlan, job: &Job) -> bool {
     job.whole == 1 && plan.render.orbit.is_none() && plan.render.poses.is_none()
 }

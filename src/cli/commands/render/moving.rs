@@ -19,7 +19,7 @@ pub struct SceneAtTime {
     pub camera: Camera,
     /// Lights that turn with the camera.
     pub rig: Option<Rig>,
-    /// The poses of a mesh that is played: each frame is loaded anew.
+    /// The poses of a mesh that is played: each frame is loaded again.
     pub poses: Option<Poses>,
     /// How the BVH of each frame is built.
     pub quality: BuildQuality,
