@@ -51,6 +51,9 @@ pub fn min_abs_direction(d: f32) -> f32 {
 /// The least magnitude of a direction component in the slab test.
 pub const MIN_ABS_DIRECTION: f32 = 1e-18;
 
+/// Both directions of each axis.
+pub(crate) const AXES: [Vec3; 6] = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
+
 /// Returns unit vectors that are spread evenly over a sphere, on a Fibonacci spiral (Vogel 1979).
 #[must_use]
 pub(crate) fn spread_directions<const N: usize>() -> [Vec3; N] {

@@ -53,7 +53,7 @@ pub enum Loaded {
 #[must_use]
 pub fn detect(bytes: &[u8]) -> Detected {
     let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
-    if text.starts_with(b"ply\n") || text.starts_with(b"ply\r") {
+    if mesh::ply_first(text) {
         Detected::Mesh(MeshFormat::Ply)
     } else if bytes.starts_with(b"glTF") || text.trim_ascii_start().starts_with(b"{") {
         Detected::Mesh(MeshFormat::Gltf)

@@ -77,7 +77,8 @@ pub fn render(
         cancelled.load(Ordering::Relaxed)
     };
     let stop = &|| report(0);
-    let eye = (camera.view().eye - model.scene.offset()).as_vec3();
+    let view = camera.view();
+    let eye = (model.scene.relative(view.eye), view.target - view.eye);
     let every = &mut EveryPrimitive {
         scene: &model.scene,
         stop,

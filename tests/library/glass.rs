@@ -326,6 +326,10 @@ fn a_camera_in_tinted_glass_sees_all_of_it_tinted() {
         let white = Material::Silhouette { color: [1.0; 3] };
         let white = builder.add_material(white).unwrap();
         builder.add_sphere(Vec3::X * -3.0, 0.5, white).unwrap();
+        // The middle of the scene is elsewhere.
+        builder
+            .add_sphere(Vec3::new(60.0, 45.0, -50.0), 2.0, white)
+            .unwrap();
         with(&mut builder, id);
         builder.finish()
     };

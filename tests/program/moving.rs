@@ -193,6 +193,14 @@ fn frames_that_are_not_there_are_refused() {
         "camera eye 1 0 0 target 0 0 0\n at 1\n at 3 eye -1 0 0\nsphere 0 0 5 1\n",
     );
     let run = folder.run(&["thin.scn", "-o", "film.gif"]);
-    run.failed(1, "thin.scn:3:7: in frame 2: eye and target");
+    run.failed(1, "thin.scn:1:1: at 2: eye and target");
     assert!(!folder.path("film.gif").exists());
+    // It is found before the first picture.
+    folder.fails(&["thin.scn", "-o", "f#.png"], 1, "at 2: eye and target");
+    assert!(!folder.path("f1.png").exists());
+    for other in ["--frames=1", "--target=0,1,0"] {
+        folder
+            .run(&["thin.scn", "-s=9", "-o", "f#.png", other])
+            .succeeded();
+    }
 }

@@ -12,6 +12,8 @@ fn folder() -> Folder {
     );
     folder.write("swing.gltf", &timed);
     folder.write("endless.gltf", SWING);
+    let long = timed.replace(r#""max":[2]"#, r#""max":[1e9]"#);
+    folder.write("long.gltf", &long);
     folder
 }
 
@@ -80,6 +82,28 @@ fn the_camera_sees_all_poses_and_stands_still() {
     assert!(picture(&folder, "f6.png") == whole);
 }
 
+/// Large files are read by several threads, before the pictures have names.
+#[test]
+fn large_files_are_played() {
+    let folder = folder();
+    let padded = std::fs::read_to_string(folder.path("swing.gltf")).expect("a file") + &" ".repeat(5 << 20);
+    folder.write("large.gltf", &padded);
+    folder
+        .run(&["large.gltf", "-s=16", "--fps=2", "--style=plain", "-o=a#.png"])
+        .succeeded();
+    assert!(folder.path("a4.png").exists());
+}
+
+/// Tasks show what a call of the whole shows.
+#[test]
+fn jobs_have_the_frames_per_second() {
+    let folder = folder();
+    let job = "job swing.gltf -s 16 --fps 2 --chunk 3 -o a#.png --for parallel --into j";
+    folder.run_line(job).succeeded();
+    let commands = std::fs::read_to_string(folder.path("j/commands.txt")).expect("commands");
+    assert_eq!(commands.matches("--fps=2").count(), 2, "{commands}");
+}
+
 #[test]
 fn animations_are_played_into_one_file() {
     let folder = folder();
@@ -104,7 +128,7 @@ fn animations_are_played_into_one_file() {
         ),
         (
             "swing.gltf --animation-time 1 -o a.gif",
-            "an animation of one frame",
+            "--animation-time shows one pose",
         ),
         ("swing.gltf --frames 50-51 -o a#.png", "the last frame is 50"),
         (
@@ -113,11 +137,20 @@ fn animations_are_played_into_one_file() {
         ),
         (
             "swing.gltf --animation-time 1 --frames 1-3 -o a#.png",
-            "a glTF animation",
+            "--animation-time shows one pose",
+        ),
+        (
+            "- --animation swing --frames 1-2 -o a#.png",
+            "played from files, not from standard input",
+        ),
+        (
+            "long.gltf --frames 1-2 -o a#.png",
+            "25000000000 frames, 25 for each second",
         ),
     ] {
         let arguments: Vec<&str> = arguments.split(' ').collect();
-        let run = folder.run(&arguments);
+        let line = format!("\"$0\" {} < swing.gltf", arguments.join(" "));
+        let run = folder.shell(&line);
         assert!(run.stderr.contains(expected), "{arguments:?}: {}", run.stderr);
         assert!(matches!(run.code, Some(1 | 2)), "{arguments:?}");
     }

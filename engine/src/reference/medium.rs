@@ -2,35 +2,38 @@
 
 use super::{shade::SURFACE_OFFSET, surface::surface};
 use crate::{
-    math::spread_directions,
+    math::{AXES, spread_directions},
     ray::{Ray, SceneHit},
     scene::{Material, MaterialId, Scene},
     simd::{Level, Simd, at_level},
 };
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
-const RAYS: usize = 32;
+/// Rays that are spread over all directions.
+const RAYS: usize = 120;
 
 /// The most half-transparent surfaces that a ray passes.
 const MOST_LAYERS: usize = 64;
 
-/// Returns the tinted glass around a point, scene units. Rays in all directions look for a surface whose back they meet first;
-/// an open body, such as water up to a plane, has one in some directions only. `closest_hit` traces a ray.
+/// Returns the tinted glass around an eye, relative to the scene's origin, that looks `forward`. Rays ahead, along the axes and
+/// in many other directions look for a surface whose back they meet first: an open body, such as water up to a plane, has one in
+/// some directions only. `closest_hit` traces a ray.
 #[doc(hidden)]
 pub fn medium_at(
     level: Level,
     scene: &Scene,
     closest_hit: &mut dyn FnMut(&Ray) -> SceneHit,
-    point: Vec3,
+    (eye, forward): (Vec3, DVec3),
 ) -> Option<MaterialId> {
     if !scene.materials().iter().any(Material::tints) {
         return None;
     }
-    let rays = spread_directions::<RAYS>().map(|direction| Ray::new(point, direction));
-    let mut found = rays
-        .into_iter()
-        .filter_map(|ray| at_level!(level, |simd| medium_behind(simd, scene, closest_hit, ray)));
-    found.next()
+    let ahead = forward.normalize_or(DVec3::X).as_vec3();
+    let mut directions = [ahead].into_iter().chain(AXES).chain(spread_directions::<RAYS>());
+    directions.find_map(|direction| {
+        let ray = Ray::new(eye, direction);
+        at_level!(level, |simd| medium_behind(simd, scene, closest_hit, ray))
+    })
 }
 
 /// Returns the tinted glass whose back a ray meets, behind half-transparent surfaces only.

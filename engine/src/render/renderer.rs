@@ -144,10 +144,16 @@ impl<'a> Renderer<'a> {
         if !self.scene.has_glass() {
             return None;
         }
-        let eye = (camera.view().eye - self.scene.offset()).as_vec3();
+        let view = camera.view();
+        let eye = self.scene.relative(view.eye);
         let mut scratch = self.scratch().borrow_mut();
         let mut closest_hit = |ray: &Ray| scratch.closest_hit(settings.level, ray);
-        medium_at(settings.level, self.scene, &mut closest_hit, eye)
+        medium_at(
+            settings.level,
+            self.scene,
+            &mut closest_hit,
+            (eye, view.target - view.eye),
+        )
     }
 
     /// The scratch memory of this thread.

@@ -205,7 +205,7 @@ impl Camera {
         }
         let stretch = self.plane.pixel_aspect as f32;
         PixelRays {
-            eye: (eye - scene.offset() - scene.origin().as_dvec3()).as_vec3(),
+            eye: scene.relative(eye),
             forward: forward.as_vec3(),
             right: right.as_vec3(),
             up: self.up.as_vec3(),

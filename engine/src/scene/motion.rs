@@ -282,11 +282,11 @@ impl CameraMotion {
     ///
     /// # Errors
     /// [`SceneError::Keyframe`]: a time that is not after the one before or not from 0 to [`MAX_TIME`], a view without a
-    /// picture, also in a frame (a whole number) since the keyframe before, or of another kind than that. [`SceneError::TooMany`].
+    /// picture, or of another kind than the one before. [`SceneError::TooMany`].
     pub fn add(&mut self, time: f64, view: View) -> Result<(), SceneError> {
         self.0.check(time)?;
         Camera::new(&view).map_err(|error| SceneError::Keyframe(error.to_string()))?;
-        if let Some((since, before)) = self.0.0.last() {
+        if let Some((_, before)) = self.0.0.last() {
             use std::mem::discriminant;
             let why = if discriminant(&before.projection) != discriminant(&view.projection) {
                 "a perspective camera cannot become an orthographic one"
@@ -298,7 +298,6 @@ impl CameraMotion {
             if !why.is_empty() {
                 return Err(SceneError::Keyframe(why.into()));
             }
-            check_frames((*since, before), (time, &view))?;
         }
         self.0.0.push((time, view));
         Ok(())
@@ -333,22 +332,6 @@ impl CameraMotion {
     pub(super) fn end(&self) -> f64 {
         self.0.end()
     }
-}
-
-/// Refuses two keyframes of a camera that makes no picture in a frame between them.
-fn check_frames((since, from): (f64, &View), (time, to): (f64, &View)) -> Result<(), SceneError> {
-    /// Below this sine of the angle between the view and the up vector the camera is checked.
-    const NEAR: f64 = 1e-3;
-    for frame in (since.floor() as u32 + 1)..(time.ceil() as u32) {
-        let view = view_between(from, to, (f64::from(frame) - since) / (time - since));
-        let forward = view.target - view.eye;
-        let across = forward.cross(view.up).length_squared();
-        if across > NEAR * NEAR * forward.length_squared() * view.up.length_squared() {
-            continue;
-        }
-        Camera::new(&view).map_err(|error| SceneError::Keyframe(format!("in frame {frame}: {error}")))?;
-    }
-    Ok(())
 }
 
 fn view_between(a: &View, b: &View, share: f64) -> View {

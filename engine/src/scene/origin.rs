@@ -49,6 +49,13 @@ impl Scene {
         self.origin
     }
 
+    /// Returns a point of world space relative to the [`origin`](Self::origin), as rays are traced.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn relative(&self, point: DVec3) -> Vec3 {
+        (point - self.offset() - self.origin().as_dvec3()).as_vec3()
+    }
+
     /// Chooses the origin and makes all positions relative to it.
     pub(super) fn move_to_origin(&mut self) {
         let origin = origin_of(self.bounds);

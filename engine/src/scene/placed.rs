@@ -1,7 +1,7 @@
 //! The points of placed meshes, in world space.
 
 use super::{Transform, TriangleMesh};
-use crate::math::{Aabb, spread_directions};
+use crate::math::{AXES, Aabb, spread_directions};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -45,7 +45,6 @@ impl<'a> PlacedMesh<'a> {
     /// a sphere: nearly as far as all points along any direction.
     #[must_use]
     pub fn extremes(meshes: &[Self]) -> Vec<Vec3> {
-        const AXES: [Vec3; 6] = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
         let directions = [&AXES[..], &spread_directions::<{ DIRECTIONS - AXES.len() }>()].concat();
         // Of several farthest points the same one, whatever their order.
         let key = |(reach, p): &(f32, Vec3)| [*reach, p.x, p.y, p.z].map(|number| number + 0.0);

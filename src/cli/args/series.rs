@@ -4,6 +4,7 @@ use super::{camera, values};
 use crate::cli::{
     CliError,
     plan::{CompareOptions, FrameRange, Keyframes, Orbit, Playing, Poses, Turntable, has_number, keyframes},
+    process,
     write::is_animation,
 };
 use clap::Args;
@@ -92,7 +93,13 @@ impl SeriesArgs {
             _ if is_named => "",
             _ => return Ok(Vec::new()),
         };
+        // Large files are read by several.
+        process::start_threads()?;
         let found = keyframes(scenes, self.frames, playing, self.keep_going)?;
+        if found.is_empty() && playing.is_none() {
+            let why = "--animation-time shows one pose: leave it out to play the animation";
+            return Err(CliError::Usage(why.into()));
+        }
         if found.is_empty() && !option.is_empty() {
             return Err(CliError::Usage(format!(
                 "{option} needs --turntable, --sphere, --poses, a scene with keyframes (`at`) or a glTF animation"

@@ -9,7 +9,7 @@ use clap::{
 use std::{ffi::OsString, path::Path};
 
 /// Options of other renderers, and what octray has instead.
-const ELSEWHERE: [(&[&str], &str); 21] = [
+const ELSEWHERE: [(&[&str], &str); 22] = [
     (
         &[
             "--width",
@@ -55,8 +55,12 @@ const ELSEWHERE: [(&[&str], &str); 21] = [
         ],
         "--from AZIMUTH,ELEVATION in degrees, such as --from 35,20, or --from top",
     ),
-    (&["--animate", "--rotate"], "--turntable N"),
-    (&["--video"], "--turntable N, written to a .gif, .apng or .y4m"),
+    (&["--rotate"], "--turntable N"),
+    (
+        &["--animate", "--play", "--video"],
+        "-o FILE.gif, .apng or .y4m plays a glTF animation or a scene with keyframes; --turntable N turns others",
+    ),
+    (&["--time"], "--animation-time SECONDS"),
     (&["--silent"], "-q or --quiet"),
     (&["--interactive", "--window"], "octray view SCENE opens a window"),
     (

@@ -138,6 +138,9 @@ pub fn direction(text: &str) -> Result<DVec3, String> {
 /// The most frames of a turntable.
 pub const MOST_FRAMES: u32 = 10_000;
 
+/// The highest number of a frame: that of scenes and animations.
+const LAST_FRAME: u32 = 100_000;
+
 /// The most columns of a sheet.
 pub const MOST_COLUMNS: u32 = 1000;
 
@@ -152,8 +155,8 @@ pub fn frames(text: &str) -> Result<FrameRange, String> {
     };
     let (first, last) = text.split_once('-').unwrap_or((text, text));
     match (number(first), number(last)) {
-        (Some(first), Some(last)) if first.max(last) > MOST_FRAMES => {
-            Err(format!("expected numbers from 1 to {MOST_FRAMES}"))
+        (Some(first), Some(last)) if first.max(last) > LAST_FRAME => {
+            Err(format!("expected numbers from 1 to {LAST_FRAME}"))
         }
         (Some(first), Some(last)) if first <= last => Ok(FrameRange { first, last }),
         (Some(first), Some(last)) => Err(format!("expected the lower number first: {last}-{first}")),

@@ -16,7 +16,7 @@ pub use shell::definition;
 
 use super::{CliError, plan::Plan, process, report};
 use crate::error::in_bytes;
-use std::{error::Error, time::Instant};
+use std::time::Instant;
 
 /// Runs a command. `start` is when the program began.
 ///
@@ -24,12 +24,7 @@ use std::{error::Error, time::Instant};
 /// [`CliError`].
 pub fn run(plan: Plan, start: Instant) -> Result<(), CliError> {
     if !matches!(plan, Plan::Completions(_) | Plan::Man(_)) {
-        process::start_threads().map_err(|error| {
-            let why = error
-                .source()
-                .map_or_else(|| error.to_string(), ToString::to_string);
-            CliError::Failed(format!("cannot start threads: {why}"))
-        })?;
+        process::start_threads()?;
     }
     match plan {
         Plan::Render(plan) => render::run(&plan, start),

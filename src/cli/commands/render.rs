@@ -30,7 +30,7 @@ use crate::{
 };
 use ahead::Ahead;
 use labels::Labels;
-use moving::SceneAtTime;
+use moving::{SceneAtTime, check_cameras};
 use rays::expected_rays;
 use std::{
     path::{Path, PathBuf},
@@ -223,8 +223,10 @@ impl Call<'_> {
             }
             input => input?,
         };
-        let look = self.plan.looks.of(input.is_mesh());
-        self.warned_of_nothing = !input.is_mesh();
+        let is_mesh = input.is_mesh();
+        let look = self.plan.looks.of(is_mesh);
+        let is_played = job.input.mesh.playback.is_some();
+        self.warned_of_nothing = !is_mesh || is_played;
         let Input {
             scene,
             camera,
@@ -235,10 +237,11 @@ impl Call<'_> {
             ..
         } = input;
         self.check_inputs(left)?;
-        self.check_frames(job, &scene)?;
+        self.check_frames(job, &scene, is_mesh)?;
+        check_cameras(job, &scene)?;
         let faults = faults::of(&scene);
-        // The triangles of tubes are not the user's.
-        let warned = Some(&faults).filter(|_| !is_cloud);
+        // The triangles of tubes are not the user's, and the first pose may be flat.
+        let warned = Some(&faults).filter(|_| !is_cloud && !is_played);
         self.warn(job.input.name(), &scene, warned, notes);
         let quality = self.plan.build.quality(
             expected_rays((&scene, &camera), look, job),

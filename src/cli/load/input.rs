@@ -79,6 +79,7 @@ pub fn load_and_list(
 /// [`CliError`].
 pub fn load_frame(plan: &InputPlan, memory: u64, poses: &Poses, frame: u32) -> Result<Input, CliError> {
     let moment = plan.mesh.playback.as_ref().map(|playback| playback.moment(frame));
+    poses.check(plan)?;
     let mesh = format::mesh::load_shown(&plan.path, &mut Vec::new(), memory, shown(plan, moment))?;
     show_pose(plan, mesh, memory, Some(poses))
 }

@@ -5,16 +5,28 @@ use crate::{
         CliError,
         plan::{InputPlan, Playback},
     },
+    error::clip_path,
     format::mesh::{Cloud, LoadedMesh, Shown, load_shown},
-    scene::{PlacedMesh, TriangleMesh},
+    scene::{Light, PlacedMesh, TriangleMesh},
 };
 use glam::DVec3;
+use std::fs::Metadata;
 
 /// The outermost points of an animation's poses: the camera frames them, and the lights stand around them.
 pub struct Poses {
     points: Vec<DVec3>,
     /// The largest radius of points and lines, if the file has no faces.
     radius: Option<f32>,
+    /// Those of the first frame: how bright they are is decided once.
+    lights: Vec<Light>,
+    /// Size and time of the file, which must not change while it is played.
+    file: Option<Metadata>,
+}
+
+/// Whether a file is as it was.
+fn is_same(before: Option<&Metadata>, after: Option<&Metadata>) -> bool {
+    let of = |file: &Metadata| (file.len(), file.modified().ok());
+    before.map(of) == after.map(of)
 }
 
 impl Poses {
@@ -23,13 +35,15 @@ impl Poses {
     /// # Errors
     /// [`CliError`].
     pub fn of(plan: &InputPlan, playback: &Playback, memory: u64) -> Result<Self, CliError> {
-        let (mut points, mut radius) = (Vec::new(), None);
+        let (mut points, mut radius, mut lights) = (Vec::new(), None, None);
+        let file = plan.path.metadata().ok();
         for frame in playback.some_frames() {
             let shown = Shown {
                 images: false,
                 moment: Some(playback.moment(frame)),
             };
             let mesh = load_shown(&plan.path, &mut Vec::new(), memory, shown)?;
+            lights.get_or_insert(mesh.lights.clone());
             let extremes = PlacedMesh::extremes(&mesh.placed());
             points.extend(extremes.into_iter().map(|point| point.as_dvec3() + mesh.offset));
             if let Some(cloud) = &mesh.cloud {
@@ -38,7 +52,26 @@ impl Poses {
                 radius = Some(own.max(radius.unwrap_or(own)));
             }
         }
-        Ok(Self { points, radius })
+        Ok(Self {
+            points,
+            radius,
+            lights: lights.unwrap_or_default(),
+            file,
+        })
+    }
+
+    /// Refuses a file that has changed since.
+    ///
+    /// # Errors
+    /// [`CliError::Failed`].
+    pub fn check(&self, plan: &InputPlan) -> Result<(), CliError> {
+        if is_same(self.file.as_ref(), plan.path.metadata().ok().as_ref()) {
+            return Ok(());
+        }
+        let path = clip_path(&plan.path);
+        Err(CliError::Failed(format!(
+            "{path}: the file has changed while it was played"
+        )))
     }
 
     /// The points as a mesh, which takes the place of one pose in the framing. Its cameras are those of the pose.
@@ -63,6 +96,7 @@ impl Poses {
                 lines: Vec::new(),
             }),
             cameras: std::mem::take(&mut pose.cameras),
+            lights: self.lights.clone(),
             ..LoadedMesh::default()
         }
     }

@@ -22,7 +22,8 @@ pub struct Stage<'a> {
     pub style: Style,
     /// Whether the mesh's own lights replace the style's.
     pub own_lights: bool,
-    /// What the surroundings stand around instead of the mesh, with the same offset.
+    /// What the surroundings stand around instead of the mesh, with the same offset. Its lights decide how bright those of the
+    /// mesh are.
     pub around: Option<&'a LoadedMesh>,
 }
 
@@ -150,7 +151,8 @@ pub fn build(
         });
     }
     let own = if stage.own_lights && stage.style == Style::Studio {
-        exposed(&loaded.lights, SOFT_LIGHT.1, (rig.center, rig.radius))
+        let reference = &stage.around.unwrap_or(&loaded).lights;
+        exposed(&loaded.lights, reference, SOFT_LIGHT.1, (rig.center, rig.radius))
     } else {
         Vec::new()
     };

@@ -1,6 +1,6 @@
 //! The frames of animated scenes and meshes. Their number is found before anything is rendered, because pictures are named then.
 
-use super::{FrameRange, InputKind, Turntable, is_standard_input, kind_of};
+use super::{FrameRange, InputKind, Turntable, is_standard_input, kind_of, render::MOST_PICTURES};
 use crate::{
     cli::CliError,
     error::{LoadError, clip_path},
@@ -12,7 +12,7 @@ use crate::{
 use std::path::{Path, PathBuf};
 
 /// The most poses that a camera is placed for.
-const MOST_POSES: u32 = 64;
+const MOST_POSES: u32 = 32;
 
 /// The frames of one scene.
 #[derive(Clone, Debug)]
@@ -52,7 +52,7 @@ impl Playback {
         }
     }
 
-    /// Frames that are spread over all of them, at most 64.
+    /// Frames that are spread over all of them, at most 32.
     pub fn some_frames(&self) -> impl Iterator<Item = u32> {
         let (count, poses) = (u64::from(self.count), u64::from(self.count.min(MOST_POSES)));
         (0..poses).map(move |i| (i * count / poses) as u32 + 1)
@@ -75,7 +75,7 @@ pub fn keyframes(
     let mut found = Vec::new();
     for scene in scenes {
         match frames_of(scene, frames.map(|frames| frames.last), playing) {
-            Err(_) if keep_going => found.push((None, None)),
+            Err(CliError::Load(_)) if keep_going => found.push((None, None)),
             of_scene => found.push(of_scene?),
         }
     }
@@ -124,14 +124,21 @@ fn playback_of(path: &Path, playing: Playing<'_>, last: Option<u32>) -> Result<O
     }
     let refused = |why: String| LoadError::whole_file(path, why);
     let chosen = MeshAnimation::find(&animations, animation).map_err(refused)?;
-    let frames = |seconds: f64| (seconds * f64::from(fps)).round().max(1.0) as u32;
+    let refused = |why: String| CliError::Usage(format!("{}: {why}", clip_path(path)));
+    let frames = |seconds: f64| (seconds * f64::from(fps)).round().max(1.0);
     let length = animations.get(chosen).and_then(|animation| animation.seconds);
-    let count = length.map(frames).or(last).ok_or_else(|| {
-        CliError::Usage(format!(
-            "{}: the file does not say how long its animation is: ask for frames with --frames",
-            clip_path(path)
-        ))
-    })?;
+    let count = match length.map(frames) {
+        Some(count) if count > MOST_PICTURES as f64 => {
+            return Err(refused(format!(
+                "its animation has {count} frames, {fps} for each second, expected at most {MOST_PICTURES}: lower --fps"
+            )));
+        }
+        Some(count) => count as u32,
+        None => last.ok_or_else(|| {
+            let why = "the file does not say how long its animation is: ask for frames with --frames";
+            refused(why.into())
+        })?,
+    };
     Ok(Some(Playback {
         animation: animation.map(str::to_owned),
         count,

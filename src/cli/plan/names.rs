@@ -114,7 +114,7 @@ pub fn check_pattern(pattern: &Path, has_poses: bool) -> Result<(), String> {
     Ok(())
 }
 
-/// A number as in C's `printf`, such as `%04d`, in the name of a file.
+/// A number as in C's `printf`, such as `%04d`, in the name of a file; not `%20d`, which may be a space and a letter.
 fn printf_number(pattern: &Path) -> Option<&str> {
     let name = pattern.file_name()?.to_str()?;
     name.match_indices('%').find_map(|(start, _)| {
@@ -122,7 +122,9 @@ fn printf_number(pattern: &Path) -> Option<&str> {
         let digits = rest.find(|c: char| !c.is_ascii_digit())?;
         let after = rest[digits..].strip_prefix('d')?;
         let is_word = after.starts_with(|c: char| c.is_ascii_alphabetic());
-        (!is_word && digits < 4).then(|| &name[start..start + digits + 2])
+        let is_number = digits < 2 || digits == 2 && rest.starts_with('0');
+        let is_escaped = name[..start].ends_with('%');
+        (is_number && !is_word && !is_escaped).then(|| &name[start..start + digits + 2])
     })
 }
 

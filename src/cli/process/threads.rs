@@ -3,27 +3,42 @@
 //! Unpinned, Linux often wakes two of them on one CPU of a virtual machine, because it mistakes a halted CPU for a busy one.
 //! Tuned: see docs/lab-notes.md#pinned-threads
 
-use crate::cli::load::memory;
-use rayon::{ThreadPoolBuildError, ThreadPoolBuilder};
-use std::{env, thread};
+use crate::cli::{CliError, load::memory};
+use rayon::ThreadPoolBuilder;
+use std::{
+    env,
+    error::Error,
+    sync::atomic::{AtomicBool, Ordering},
+    thread,
+};
 
 /// More threads than this for each CPU gain nothing ...
 const MOST_OF_CPU: usize = 4;
 /// ... but up to this many are started if requested.
 const ALWAYS_ALLOWED: usize = 64;
 
-/// Starts the threads: the number in `RAYON_NUM_THREADS`, by default one for each CPU. On its own, rayon would start them
-/// when first needed, and panic if that fails.
+/// Starts the threads, unless they are started: the number in `RAYON_NUM_THREADS`, by default one for each CPU. On its own,
+/// rayon would start them when first needed, and panic if that fails.
 ///
 /// # Errors
-/// [`ThreadPoolBuildError`] if the system refuses.
-pub fn start() -> Result<(), ThreadPoolBuildError> {
+/// [`CliError::Failed`] if the system refuses.
+pub fn start() -> Result<(), CliError> {
+    static STARTED: AtomicBool = AtomicBool::new(false);
+    if STARTED.swap(true, Ordering::Relaxed) {
+        return Ok(());
+    }
     let asked = env::var("RAYON_NUM_THREADS").ok();
     let asked = asked
         .and_then(|number| number.parse::<u32>().ok())
         .filter(|&number| number > 0);
     let threads = useful(asked.unwrap_or(cpus() as u32)) as usize;
-    each_on_its_own_cpu(ThreadPoolBuilder::new().num_threads(threads)).build_global()
+    let started = each_on_its_own_cpu(ThreadPoolBuilder::new().num_threads(threads)).build_global();
+    started.map_err(|error| {
+        let why = error
+            .source()
+            .map_or_else(|| error.to_string(), ToString::to_string);
+        CliError::Failed(format!("cannot start threads: {why}"))
+    })
 }
 
 /// The requested number of threads, limited to what is useful and fits into memory: the picture is the same. A thread

@@ -290,7 +290,7 @@ impl Output {
         }
         if self.is_animation() && !is_turning {
             return Err(CliError::Usage(format!(
-                "{}: an animation of one frame; add --turntable N, or keyframes (`at`) to the scene, or name a picture such as .png",
+                "{}: an animation of one frame; add --turntable N, take a scene with keyframes (`at`) or a glTF file with an animation, or name a picture such as .png",
                 self.name
             )));
         }

@@ -19,6 +19,9 @@ pub fn reduce(rgb: &mut [u8]) {
     let mut colors = pixels.to_vec();
     colors.sort_unstable();
     colors.dedup();
+    if colors.len() <= MOST_COLORS {
+        return;
+    }
     let mut boxes = vec![ColorBox::new(colors)];
     while boxes.len() < MOST_COLORS
         && let Some(longest) = boxes.iter_mut().max_by_key(|colors| colors.longest_side().0)

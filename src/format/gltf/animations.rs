@@ -156,8 +156,13 @@ impl AnimatedPose {
 /// The animations of a file, with their names and lengths. `max` of an accessor of times is required by the specification.
 pub(super) fn listed(root: &Root) -> Vec<MeshAnimation> {
     let last = |accessor: &Accessor| accessor.max.as_ref()?.get(0)?.as_f64();
+    // Samplers act through channels.
     let seconds = |animation: &Animation| {
-        let inputs = animation.samplers.iter().map(|sampler| sampler.input.value());
+        if animation.channels.is_empty() {
+            return Some(0.0);
+        }
+        let samplers = animation.channels.iter().map(|channel| channel.sampler.value());
+        let inputs = samplers.filter_map(|sampler| Some(animation.samplers.get(sampler)?.input.value()));
         let ends = inputs.filter_map(|input| last(root.accessors.get(input)?));
         ends.reduce(f64::max).map(|end| end.max(0.0))
     };

@@ -18,8 +18,14 @@ pub(crate) fn sphere_around(bounds: &Aabb) -> (DVec3, f64) {
     (center, radius.max(1e-6))
 }
 
-/// Returns lights scaled to the total intensity `together` at the centre of a mesh. Empty if they give no light there.
-pub(crate) fn exposed(lights: &[Light], together: f32, (center, radius): (DVec3, f64)) -> Vec<Light> {
+/// Returns lights scaled by the factor at which those of `reference` have the total intensity `together` at the centre of a
+/// mesh. Empty if these give no light there.
+pub(crate) fn exposed(
+    lights: &[Light],
+    reference: &[Light],
+    together: f32,
+    (center, radius): (DVec3, f64),
+) -> Vec<Light> {
     let arriving = |light: &Light| {
         let [r, g, b] = light.color;
         let reaches = light
@@ -32,7 +38,7 @@ pub(crate) fn exposed(lights: &[Light], together: f32, (center, radius): (DVec3,
         });
         (intensity / distance.map_or(1.0, |d| d * d), distance)
     };
-    let sum: f64 = lights.iter().map(|light| arriving(light).0).sum();
+    let sum: f64 = reference.iter().map(|light| arriving(light).0).sum();
     if sum <= 0.0 {
         return Vec::new();
     }
@@ -81,6 +87,12 @@ impl LoadedMesh {
         }
         let (center, radius) = sphere_around(&PlacedMesh::bounds(&self.placed()));
         let lights: Result<Vec<Light>, _> = self.lights.iter().map(|light| transform.light(light)).collect();
-        Ok(exposed(&lights?, together, transform.sphere(center, radius)))
+        let lights = lights?;
+        Ok(exposed(
+            &lights,
+            &lights,
+            together,
+            transform.sphere(center, radius),
+        ))
     }
 }

@@ -116,6 +116,11 @@ pub(super) fn camera_name(name: &str) -> String {
     name.get(..end).unwrap_or_default().to_owned()
 }
 
+/// Whether bytes begin as a PLY file does; some programs write capitals.
+pub(super) fn ply_first(bytes: &[u8]) -> bool {
+    matches!(bytes, [p, l, y, b'\n' | b'\r', ..] if [*p, *l, *y].eq_ignore_ascii_case(b"ply"))
+}
+
 /// Lists a texture that the file at `path` names.
 pub(super) fn add_texture_file(files: &mut Vec<PathBuf>, path: &Path, name: &str) {
     if files.len() < MAX_TEXTURES && name.len() <= MAX_NAME {
@@ -283,7 +288,7 @@ impl MeshFormat {
     /// The format by the file's first bytes if they are unmistakable, else by its extension.
     #[must_use]
     pub fn of(path: &Path, bytes: &[u8]) -> Option<Self> {
-        if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
+        if ply_first(bytes) {
             Some(Self::Ply)
         } else if bytes.starts_with(b"glTF") {
             Some(Self::Gltf)

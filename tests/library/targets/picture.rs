@@ -325,7 +325,8 @@ pub fn picture(bytes: &[u8]) {
 
 fn brute_force(scene: &Scene, camera: &Camera, settings: &Settings) -> Film {
     let rays = camera.pixel_rays(scene, SIDE, SIDE, 1);
-    let eye = (camera.view().eye - scene.offset()).as_vec3();
+    let view = camera.view();
+    let eye = (scene.relative(view.eye), view.target - view.eye);
     let all = &mut EveryPrimitive(scene);
     let medium = medium_at(Level::current(), scene, &mut |ray| all.closest_hit(ray), eye);
     let limits = Limits {

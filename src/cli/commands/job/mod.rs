@@ -187,6 +187,14 @@ fn is_still(plan: &JobPlan, job: &Job) -> bool {
     job.whole == 1 && plan.render.orbit.is_none() && plan.render.poses.is_none()
 }
 
+/// The options of a scene's tasks. The frames per second matter only where they decide what a frame shows.
+fn options(plan: &JobPlan, job: &Job) -> Vec<String> {
+    let mut options = plan.options.clone();
+    let is_played = job.input.mesh.playback.is_some();
+    options.extend(is_played.then(|| format!("--fps={}", plan.render.fps)));
+    options
+}
+
 /// Calls for the frames of a scene: a chunk of consecutive frames each.
 fn frame_commands(plan: &JobPlan, job: &Job) -> Result<Vec<String>, CliError> {
     let numbers: Vec<u32> = job
@@ -194,7 +202,7 @@ fn frame_commands(plan: &JobPlan, job: &Job) -> Result<Vec<String>, CliError> {
         .iter()
         .filter_map(|frame| Some(frame.turn?.number))
         .collect();
-    let mut words = plan.options.clone();
+    let mut words = options(plan, job);
     words.extend(job.frames.iter().find_map(|frame| force(plan, frame)));
     let output = |output: &str| format!("--output={output}");
     if let ([number], true) = (&numbers[..], is_still(plan, job)) {
@@ -258,7 +266,7 @@ impl Tiles<'_> {
                     .folder
                     .join("tiles")
                     .join(format!("{number}{x0}-{y0}.{extension}"));
-                let mut words = self.plan.options.clone();
+                let mut words = options(self.plan, self.job);
                 words.extend(force(self.plan, self.frame));
                 let turn = self.frame.turn.filter(|_| !is_still(self.plan, self.job));
                 words.extend(turn.map(|turn| format!("--frames={}", turn.number)));

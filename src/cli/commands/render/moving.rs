@@ -6,7 +6,7 @@ use crate::{
     cli::{
         CliError,
         load::{self, Input, Poses, Rig, memory},
-        plan::{Job, Turn},
+        plan::{InputKind, Job, Turn},
     },
     scene::{Camera, Scene, SceneBuilder, View},
 };
@@ -72,14 +72,29 @@ impl SceneAtTime {
     }
 }
 
+/// Refuses cameras that make no picture in one of a scene's frames, before the first is rendered.
+pub fn check_cameras(job: &Job, scene: &Scene) -> Result<(), CliError> {
+    let turns = job.frames.iter().filter_map(|frame| frame.turn);
+    for turn in turns.filter(|_| scene.moves()) {
+        let own = scene.cameras_at(turn.number.into());
+        let own = own.map_err(|error| CliError::Failed(error.to_string()))?;
+        job.input.camera.for_cameras(&own, scene.mesh_cameras())?;
+    }
+    Ok(())
+}
+
 impl Call<'_> {
     /// Rejects frames that a scene from standard input does not have, which is known only after loading.
-    pub fn check_frames(&self, job: &Job, scene: &Scene) -> Result<(), CliError> {
+    pub fn check_frames(&self, job: &Job, scene: &Scene, is_mesh: bool) -> Result<(), CliError> {
         let is_played = job.input.mesh.playback.is_some();
         let is_own = self.plan.orbit.is_none() && self.plan.poses.is_none() && !is_played;
         let last = job.frames.last().and_then(|frame| frame.turn).filter(|_| is_own);
         let count = scene.frame_count();
         match last {
+            Some(_) if job.input.kind == InputKind::Any && is_mesh => {
+                let why = "animations are played from files, not from standard input";
+                Err(CliError::Usage(why.into()))
+            }
             Some(last) if last.number > count => Err(CliError::Usage(format!(
                 "--frames: the last frame of the scene is {count}, expected numbers from 1 to {count}"
             ))),
