@@ -324,7 +324,7 @@ impl Mesh {
 
     /// With `starts` as trimesh's engines: also the triangles on which rays start, at t = 0, which must not be before `t_min`
     /// then, and hits are those of the rays as they are given, not rounded to `f32`. With `once` as well, one triangle of
-    /// those that a ray meets at the same edge or vertex; `max_hits` counts what is left.
+    /// those that a ray meets at the same edge or vertex, before `max_hits` counts.
     #[expect(clippy::type_complexity, reason = "a tuple of arrays")]
     #[expect(
         clippy::too_many_arguments,

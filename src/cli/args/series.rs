@@ -93,7 +93,7 @@ impl SeriesArgs {
             _ if is_named => "",
             _ => return Ok(Vec::new()),
         };
-        // Large files are read by several.
+        // Several threads read large files.
         process::start_threads()?;
         let found = keyframes(scenes, self.frames, playing, self.keep_going)?;
         if found.is_empty() && playing.is_none() {

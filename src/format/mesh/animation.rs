@@ -24,7 +24,7 @@ impl MeshAnimation {
     /// Returns the index of the animation with this name or number; the first one without either.
     ///
     /// # Errors
-    /// A sentence, if there is none.
+    /// A sentence that names those of the file.
     pub fn find(animations: &[Self], wanted: Option<&str>) -> Result<usize, String> {
         if animations.is_empty() {
             return Err("there is no animation in the file".to_owned());
