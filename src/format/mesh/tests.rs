@@ -102,6 +102,33 @@ fn ply_colours_of_every_type() {
 }
 
 #[test]
+fn ply_colours_of_gaussian_splats() {
+    let names = ["f_dc_0", "f_dc_1", "f_dc_2"];
+    let stored = [[0.0, 1.0, -1.0], [1.5, 9.0, -9.0], [0.0; 3]];
+    let share = |coefficient: f64| (0.5 + coefficient / (4.0 * std::f64::consts::PI).sqrt()).clamp(0.0, 1.0);
+    for format in ENCODINGS {
+        let mesh = load("m.ply", ply(format, "float", names, stored));
+        for (color, stored) in mesh.columns.colors.iter().zip(stored) {
+            for (channel, coefficient) in color.iter().zip(stored) {
+                assert!(
+                    (f64::from(*channel) - share(coefficient)).abs() < 1e-6,
+                    "{format} {coefficient}"
+                );
+            }
+        }
+        assert!(mesh.notes.is_empty());
+    }
+    let splat = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
+        property float f_dc_0\nproperty float f_dc_1\nproperty float f_dc_2\nproperty float f_rest_0\n\
+        property float opacity\nproperty float scale_0\nproperty float rot_0\nproperty float other\nend_header\n\
+        0 0 0 0 0 0 1 1 1 1 1\n";
+    let mesh = load("m.ply", splat);
+    assert_eq!(mesh.columns.colors, [[0.5; 3]]);
+    let note = "m.ply: left out: shapes, opacity and reflections of Gaussian splats, vertex properties `other`";
+    assert_eq!(mesh.notes, [note]);
+}
+
+#[test]
 fn ply_colours_out_of_range() {
     let names = ["red", "green", "blue"];
     for format in ENCODINGS {

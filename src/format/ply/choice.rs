@@ -3,7 +3,7 @@
 use super::{
     faces::Translucent,
     header::{Element, Header, Role, Step},
-    slots::{COLOR_SLOT, UV_SLOT},
+    slots::{COLOR_SLOT, SPLAT_COLOR, UV_SLOT},
 };
 use crate::{error::quote, format::left_out::LeftOut};
 use serde_ply::ScalarType;
@@ -124,6 +124,17 @@ impl Header {
         });
     }
 
+    /// Whether the vertices are Gaussian splats, and their colours coefficients.
+    pub(super) fn has_splats(&self) -> bool {
+        let vertices = self.elements.iter().find(|element| element.role == Role::Vertex);
+        vertices.is_some_and(|element| {
+            let mut properties = element.steps.iter().zip(&element.property_names);
+            properties.any(|(step, name)| {
+                name == SPLAT_COLOR[0] && matches!(step, Step::Keep { slot: COLOR_SLOT, .. })
+            })
+        })
+    }
+
     /// Whether there are images and coordinates on them.
     pub(super) fn shows_textures(&self) -> bool {
         self.has_uvs || self.has_corner_uvs
@@ -183,9 +194,10 @@ impl Header {
     fn add_properties(&self, element: &Element, noun: &str, left_out: &mut LeftOut) {
         let is_left_out = |step: &Step| matches!(step, Step::Skip(_) | Step::SkipList { .. });
         let names = element.steps.iter().zip(&element.property_names);
-        let mut others = Vec::new();
+        let (mut others, mut is_splat) = (Vec::new(), false);
         for (_, name) in names.filter(|(step, _)| is_left_out(step)) {
             match name.as_str() {
+                name if self.has_splats() && is_of_splat(name) => is_splat = true,
                 // Where all are opaque, nothing is lost.
                 "alpha" | "a" if element.keeps(COLOR_SLOT) => {}
                 "red" | "green" | "blue" | "alpha" | "diffuse_red" | "diffuse_green" | "diffuse_blue"
@@ -204,6 +216,17 @@ impl Header {
                 name => others.push(name),
             }
         }
+        if is_splat {
+            left_out.add("shapes, opacity and reflections of Gaussian splats");
+        }
         left_out.names(&format!("{noun} properties"), others);
     }
+}
+
+/// Whether programs write this property for Gaussian splats.
+fn is_of_splat(name: &str) -> bool {
+    name == "opacity"
+        || ["f_rest_", "scale_", "rot_"]
+            .iter()
+            .any(|start| name.starts_with(start))
 }

@@ -4,6 +4,7 @@ use super::{
     faces::Faces,
     header::Header,
     painted::{Look, Paint},
+    slots::splat_colors,
 };
 use crate::{
     error::clip_path,
@@ -32,6 +33,9 @@ pub(super) fn finish(
 ) -> Result<LoadedMesh, BudgetError> {
     faces.paint_plain(faces.triangles.len(), header)?;
     faces.paint.forget_looks(budget);
+    if header.has_splats() {
+        splat_colors(&mut columns.colors);
+    }
     let clamped = clamp_colors(&mut columns.colors);
     let mut notes: Vec<String> = clamped_note(clamped, path).into_iter().collect();
     let mut texture_files = Vec::new();

@@ -14,11 +14,17 @@ pub(super) const UV_SLOT: usize = 9;
 /// The names of the first slots.
 pub(super) const VERTEX_SLOTS: [&str; COLOR_SLOT] = ["x", "y", "z", "nx", "ny", "nz"];
 /// Names of the channels of a colour. A file's first complete set is used.
-const COLOR_NAMES: [[&str; 3]; 3] = [
+const COLOR_NAMES: [[&str; 3]; 4] = [
     ["red", "green", "blue"],
     ["diffuse_red", "diffuse_green", "diffuse_blue"],
     ["r", "g", "b"],
+    SPLAT_COLOR,
 ];
+/// A Gaussian splat's colour without what depends on direction: coefficients of the first spherical harmonic (Kerbl et al.
+/// 2023, "3D Gaussian Splatting for Real-Time Radiance Field Rendering").
+pub(super) const SPLAT_COLOR: [&str; 3] = ["f_dc_0", "f_dc_1", "f_dc_2"];
+/// The value of that spherical harmonic: the square root of 1 / (4 pi).
+const FIRST_HARMONIC: f32 = 0.282_094_8;
 /// Names of texture coordinates of vertices, likewise.
 const UV_NAMES: [[&str; 2]; 4] = [
     ["s", "t"],
@@ -40,7 +46,8 @@ impl SlotNames {
         Self {
             role,
             has_normals: has(&VERTEX_SLOTS[3..]),
-            colors: complete(definition, &COLOR_NAMES),
+            colors: complete(definition, &COLOR_NAMES)
+                .filter(|&&names| role == Role::Vertex || names != SPLAT_COLOR),
             uvs: complete(definition, &UV_NAMES),
         }
     }
@@ -58,6 +65,13 @@ impl SlotNames {
             Role::Face => color(),
             Role::Strips | Role::Edge | Role::Other => None,
         }
+    }
+}
+
+/// Makes colours of the coefficients of Gaussian splats, from 0 to 1 where they are outside.
+pub(super) fn splat_colors(coefficients: &mut [[f32; 3]]) {
+    for channel in coefficients.iter_mut().flatten() {
+        *channel = (0.5 + FIRST_HARMONIC * *channel).clamp(0.0, 1.0);
     }
 }
 
