@@ -172,6 +172,11 @@ impl PoseFile {
                 "{path}: left out: mirroring (a transform_matrix has an x axis that points to the left of the picture)"
             ));
         }
+        if self.frames.iter().any(Frame::is_sheared) {
+            notes.push(format!(
+                "{path}: left out: shear (a transform_matrix has axes that are not at right angles)"
+            ));
+        }
         if let Some([w, h]) = other.and_then(Lens::size) {
             notes.push(format!(
                 "{path}: has pictures of {w}x{h}, another shape than {width}x{height}: the height of the view is kept, not its \
@@ -205,19 +210,36 @@ fn transforms(path: &Path) -> Result<Transforms, LoadError> {
     })
 }
 
+/// The largest cosine of two axes that are taken for a right angle: matrices are often written with few digits.
+const MOST_SHEAR: f64 = 1e-2;
+
 impl Frame {
+    /// The right, up and back axes of the camera, of length 1; `None` if the matrix has none.
+    fn axes(&self) -> Option<[DVec3; 3]> {
+        let &[x, y, z] = self.transform_matrix.get(..3)? else {
+            return None;
+        };
+        Some([0, 1, 2].map(|i| DVec3::new(x[i], y[i], z[i]).normalize_or_zero()))
+    }
+
     /// Whether the matrix is left-handed.
     fn is_mirrored(&self) -> bool {
-        let Some(&[x, y, z]) = self.transform_matrix.get(..3) else {
-            return false;
-        };
-        let column = |i: usize| DVec3::new(x[i], y[i], z[i]);
-        column(0).dot(column(1).cross(column(2))) < 0.0
+        self.axes()
+            .is_some_and(|[right, up, back]| right.dot(up.cross(back)) < 0.0)
+    }
+
+    /// Whether the axes are not at right angles.
+    fn is_sheared(&self) -> bool {
+        self.axes().is_some_and(|[right, up, back]| {
+            [right.dot(up), up.dot(back), back.dot(right)]
+                .iter()
+                .any(|cosine| cosine.abs() > MOST_SHEAR)
+        })
     }
 
     /// The camera, for pictures of that width over height.
     fn camera(&self, aspect: f64) -> Result<Camera, String> {
-        if let Some(why) = self.lens.fault_of_size() {
+        if let Some(why) = self.lens.fault() {
             return Err(why);
         }
         let fov = self.lens.fov(aspect).ok_or(

@@ -122,6 +122,10 @@ pub(super) fn frames(path: &Path) -> Result<Vec<Frame>, LoadError> {
             );
             return Err(LoadError::whole_file(path, why));
         };
+        if image.rotation == [0.0; 4] {
+            let why = format!("{}: its rotation is 0 0 0 0, expected a quaternion", image.name);
+            return Err(LoadError::whole_file(path, why));
+        }
         Ok(image.frame(lens.clone()))
     };
     images.into_iter().map(frame).collect()
@@ -207,6 +211,10 @@ impl Lines {
             let count = count.map_err(|error| self.fault(0, error.to_string()))?;
             if count as u64 == MOST_BYTES {
                 return Err(self.fault(0, format!("a line of more than {MOST_BYTES} bytes")));
+            }
+            // A byte order mark.
+            if self.number == 1 && self.line.starts_with(b"\xef\xbb\xbf") {
+                self.line.drain(..3);
             }
             let text = self.line.trim_ascii();
             if count == 0 {

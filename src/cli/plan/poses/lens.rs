@@ -216,19 +216,27 @@ impl Lens {
 
     /// The size of the picture, pixels.
     pub fn size(&self) -> Option<[u32; 2]> {
-        let whole = |side: f64| Some(side as u32).filter(|&whole| whole > 0 && f64::from(whole) == side);
+        let whole = |side: f64| {
+            let whole = side.round();
+            Some(whole as u32).filter(|&side| side > 0 && f64::from(side) == whole)
+        };
         Some([whole(self.w?)?, whole(self.h?)?])
     }
 
-    /// What is wrong with the size of the picture, if it has one.
-    pub fn fault_of_size(&self) -> Option<String> {
-        let sides = [("w", self.w), ("h", self.h)];
-        let (key, side) = sides
+    /// What is wrong with the size of the picture or the focal lengths, if they are there.
+    pub fn fault(&self) -> Option<String> {
+        const SIDE: &str = "pixels of its picture";
+        const FOCAL: &str = "a focal length in pixels";
+        let lengths = [
+            ("w", self.w, SIDE),
+            ("h", self.h, SIDE),
+            ("fl_x", self.fl_x, FOCAL),
+            ("fl_y", self.fl_y, FOCAL),
+        ];
+        let wrong = lengths
             .into_iter()
-            .find_map(|(key, side)| Some((key, side.filter(|&side| side <= 0.0)?)))?;
-        Some(format!(
-            "`{key}` is {side}, expected pixels of its picture, more than 0"
-        ))
+            .find_map(|(key, length, what)| Some((key, length.filter(|&length| length <= 0.0)?, what)));
+        wrong.map(|(key, length, what)| format!("`{key}` is {length}, expected {what}, more than 0"))
     }
 
     /// How the lens projects.

@@ -106,6 +106,10 @@ fn broken_files_are_refused() {
             frame("[[1,0,0,0],[0,1,0,0],[0,0,1,0]]").replacen('{', r#"{"h":-9,"#, 1),
             "frames[0]: `h` is -9, expected",
         ),
+        (
+            frame("[[1,0,0,0],[0,1,0,0],[0,0,1,0]]").replacen('{', r#"{"fl_y":-9,"#, 1),
+            "frames[0]: `fl_y` is -9, expected a focal length in pixels, more than 0",
+        ),
     ] {
         let error = found(&text, [8, 8]).expect_err(&text);
         assert!(error.contains(expected), "{text}: {error}");
@@ -172,6 +176,17 @@ fn mirrored_matrices_are_noted() {
         let notes = found(&text, [8, 8]).expect("poses").notes;
         let mirrored = notes.iter().filter(|note| note.contains("mirroring"));
         assert_eq!((mirrored.count(), notes.len()), (count, count), "{signs:?}");
+    }
+}
+
+#[test]
+fn sheared_matrices_are_noted() {
+    for (shear, count) in [(0.0, 0), (0.001, 0), (0.5, 1)] {
+        let matrix = format!("[[2,{shear},0,0],[0,2,0,0],[0,0,2,0]]");
+        let text = format!(r#"{{"camera_angle_x":1,"frames":[{{"transform_matrix":{matrix}}}]}}"#);
+        let notes = found(&text, [8, 8]).expect("poses").notes;
+        let sheared = notes.iter().filter(|note| note.contains("shear"));
+        assert_eq!((sheared.count(), notes.len()), (count, count), "{shear}");
     }
 }
 
@@ -371,7 +386,7 @@ fn pictures_of_one_size_have_a_size() {
         (r#""w":640,"h":0"#, ["", ""], None),
         (r#""w":640,"h":-1"#, ["", ""], None),
         (r#""w":640,"h":1e300"#, ["", ""], None),
-        (r#""w":640.5,"h":9"#, ["", ""], None),
+        (r#""w":640.4,"h":9"#, ["", ""], Some([640, 9])),
     ] {
         let [a, b] = frames;
         let text = format!(r#"{{{lens},"camera_angle_x":1,"frames":[{{{a}{matrix}}},{{{b}{matrix}}}]}}"#);

@@ -64,7 +64,7 @@ fn text_and_binary_files_have_the_same_cameras() {
     let words = pose().map(|number| number.to_string()).join(" ");
     write(
         folder,
-        "# cameras\n7 PINHOLE 600 400 500 400 300 200\n8 SIMPLE_RADIAL 600 400 500 300 200 0.1\n",
+        "\u{feff}# cameras\n7 PINHOLE 600 400 500 400 300 200\n8 SIMPLE_RADIAL 600 400 500 300 200 0.1\n",
         &format!("# images\n\n2 {words} 8 right.png\n\n1 {words} 7 left/my picture 1.png\n1 2 -1 3 4 5\n"),
     );
     write_binary(folder);
@@ -114,7 +114,7 @@ fn broken_files_are_refused() {
         (
             camera,
             "1 0 0 0 0 0 0 0 1 b/c.png\n\n2 1 0 0 0 0 0 0 1 a.png\n",
-            "images.txt: b/c.png: ",
+            "images.txt: b/c.png: its rotation is 0 0 0 0, expected a quaternion",
         ),
         (
             "\n1 PINHOLE 0 400 500 500 300 200\n",
@@ -136,7 +136,7 @@ fn broken_files_are_refused() {
         (
             "1 PINHOLE 600 400 0 0 300 200\n",
             "1 1 0 0 0 0 0 0 1 a.png\n",
-            "field of view",
+            "a.png: `fl_x` is 0, expected a focal length",
         ),
     ] {
         write(folder, cameras, images);
