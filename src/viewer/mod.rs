@@ -48,6 +48,7 @@ use loading::Loading;
 use pose::Pose;
 use shell::{Event, Shell};
 use std::{fmt, path::PathBuf, sync::Arc, time::Duration};
+use timeline::Frames;
 use winit::event_loop::{ControlFlow, EventLoop};
 
 /// The largest side of a window, pixels: window systems use signed 16-bit numbers.
@@ -56,7 +57,13 @@ pub const MAX_SIDE: u32 = 32_767;
 /// The services that the program provides to its window.
 pub trait Host: Send + Sync {
     /// Loads the scene, with progress. Returns it or an error, and all files that belong to it, to be watched.
-    fn load(&self, loading: &Loading) -> (Result<Scene, String>, Vec<PathBuf>);
+    fn load(&self, loading: &Loading) -> (Result<Loaded, String>, Vec<PathBuf>);
+
+    /// Plays the animation of a mesh from the next load on. Returns false if it has none.
+    ///
+    /// # Errors
+    /// Why it cannot be played.
+    fn animate(&self) -> Result<bool, String>;
 
     /// Writes a picture to a new file and returns its name.
     ///
@@ -83,6 +90,17 @@ pub struct Start {
     pub name: String,
     /// Pixels across and down.
     pub size: [u32; 2],
+}
+
+/// A scene that is loaded again.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The scene, or the first frame of a mesh that is played.
+    pub scene: Scene,
+    /// The frames of that mesh.
+    pub frames: Option<Frames>,
+    /// The starting camera.
+    pub pose: Pose,
 }
 
 /// What the window shows.

@@ -1,7 +1,10 @@
-//! Plays the frames of an animated scene, in real time.
+//! Plays the frames of an animated scene or mesh, in real time.
 
-use super::window::App;
-use std::time::{Duration, Instant};
+use super::{pose::Pose, timeline::Timeline, window::App};
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
 /// The current frame. Frames count from 1, and the first follows the last.
 #[derive(Clone, Copy, Debug)]
@@ -107,12 +110,30 @@ impl App {
         }
     }
 
+    /// Whether there are frames. Those of a mesh are loaded first, and then played.
     fn has_frames(&mut self) -> bool {
         let moves = self.playback.moves();
-        if !moves {
-            self.say("no keyframes: nothing moves");
+        if let (false, Some(reload)) = (moves, &self.reload) {
+            match self.host.animate() {
+                Ok(true) => {
+                    reload.ask();
+                    self.will_play = true;
+                    self.say("loading the animation");
+                }
+                Ok(false) => self.say("no keyframes: nothing moves"),
+                Err(why) => self.say(why),
+            }
         }
         moves
+    }
+
+    /// Shows the frames of a scene that is loaded again.
+    pub(super) fn take_timeline(&mut self, timeline: Arc<Timeline>) {
+        self.playback.set_count(timeline.count());
+        self.timeline = timeline;
+        if std::mem::take(&mut self.will_play) {
+            self.playback.toggle(Instant::now());
+        }
     }
 
     /// Shows the frame that is due.
@@ -124,16 +145,21 @@ impl App {
 
     /// Shows the frame. The camera follows that of the scene, unless it was moved.
     pub(super) fn show_frame(&mut self) {
-        let follows = self.orbit.pose() == self.home;
         let frame = self.playback.frame();
         if let Some(pose) = self.host.camera(&self.timeline.now().scene, frame) {
-            self.home = pose;
-        }
-        if follows {
-            self.orbit.go_to(self.home);
+            self.go_home(pose);
         }
         self.stuck = None;
         self.ask();
+    }
+
+    /// Changes the starting camera, which the camera follows unless it was moved.
+    pub(super) fn go_home(&mut self, home: Pose) {
+        let follows = self.orbit.pose() == self.home;
+        self.home = home;
+        if follows {
+            self.orbit.go_to(home);
+        }
     }
 }
 

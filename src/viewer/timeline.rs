@@ -1,8 +1,15 @@
 //! The scene of the window, and its frames.
 
 use super::objects::Objects;
-use crate::{accel::Bvh, error::SceneError, scene::Scene};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use crate::{
+    accel::{BuildQuality, Bvh},
+    error::SceneError,
+    scene::Scene,
+};
+use std::{
+    fmt,
+    sync::{Arc, Mutex, OnceLock, PoisonError},
+};
 
 /// A scene ready for tracing.
 #[derive(Debug)]
@@ -11,6 +18,8 @@ pub struct Model {
     pub scene: Scene,
     /// Its BVH.
     pub bvh: Bvh,
+    /// Its frame, from 1 on.
+    frame: u32,
     objects: OnceLock<Objects>,
 }
 
@@ -19,6 +28,8 @@ impl Model {
     #[must_use]
     pub fn new(scene: Scene, bvh: Bvh) -> Self {
         Self {
+            // The cast saturates.
+            frame: scene.time() as u32,
             scene,
             bvh,
             objects: OnceLock::new(),
@@ -37,17 +48,17 @@ impl Model {
         self.objects.get().is_some() || self.scene.primitive_count() <= SMALL
     }
 
-    /// Returns the scene's current frame.
+    /// Returns the current frame.
     #[must_use]
     pub fn frame(&self) -> u32 {
-        // The cast saturates.
-        self.scene.time() as u32
+        self.frame
     }
 
     /// Moves instances and cameras, and keeps the rest.
     fn move_to(&mut self, frame: u32) -> Result<(), SceneError> {
         self.scene.set_time(frame.into())?;
         self.bvh.follow(&self.scene);
+        self.frame = frame;
         if let Some(objects) = self.objects.get_mut() {
             objects.follow(&self.scene);
         }
@@ -55,10 +66,26 @@ impl Model {
     }
 }
 
+/// The frames of a mesh that is played. Each is a scene of its own.
+pub struct Frames {
+    /// How many there are.
+    pub count: u32,
+    /// Loads one, from 1 on.
+    pub load: Box<dyn Fn(u32) -> Result<Scene, String> + Send + Sync>,
+}
+
+impl fmt::Debug for Frames {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Frames").field("count", &self.count).finish()
+    }
+}
+
 /// A scene that may move. It is in memory once, so it has one current frame, which does not change while the scene is in use.
+/// A mesh that is played is loaded for each frame.
 #[derive(Debug)]
 pub struct Timeline {
     count: u32,
+    frames: Option<Frames>,
     now: Mutex<Arc<Model>>,
 }
 
@@ -68,7 +95,19 @@ impl Timeline {
     pub fn new(model: Model) -> Self {
         Self {
             count: model.scene.frame_count(),
+            frames: None,
             now: Mutex::new(Arc::new(model)),
+        }
+    }
+
+    /// Begins with a mesh at its first frame; with `None` as [`Self::new`].
+    #[must_use]
+    pub fn with_frames(model: Model, frames: Option<Frames>) -> Self {
+        let still = Self::new(model);
+        Self {
+            count: frames.as_ref().map_or(still.count, |frames| frames.count),
+            frames,
+            ..still
         }
     }
 
@@ -87,16 +126,35 @@ impl Timeline {
     /// Moves the scene to a frame. `None` if it is in use at another one.
     ///
     /// # Errors
-    /// [`SceneError::AtTime`] if something cannot be placed there: the scene stays as it was.
-    pub fn at(&self, frame: u32) -> Result<Option<Arc<Model>>, SceneError> {
+    /// Why something cannot be placed there, or the frame cannot be loaded: the scene stays as it was.
+    pub fn at(&self, frame: u32) -> Result<Option<Arc<Model>>, String> {
+        if let Some(frames) = &self.frames {
+            return self.load(frames, frame).map(Some);
+        }
         let mut now = self.now.lock().unwrap_or_else(PoisonError::into_inner);
         if now.frame() != frame {
             let Some(model) = Arc::get_mut(&mut now) else {
                 return Ok(None);
             };
-            model.move_to(frame)?;
+            model.move_to(frame).map_err(|error| error.to_string())?;
         }
         Ok(Some(Arc::clone(&now)))
+    }
+
+    /// Loads a frame, unless it is the current one. [`Self::now`] does not wait for it.
+    fn load(&self, frames: &Frames, frame: u32) -> Result<Arc<Model>, String> {
+        let now = self.now();
+        if now.frame == frame {
+            return Ok(now);
+        }
+        let scene = (frames.load)(frame)?;
+        let bvh = Bvh::build_with(&scene, BuildQuality::Fast);
+        let model = Arc::new(Model {
+            frame,
+            ..Model::new(scene, bvh)
+        });
+        *self.now.lock().unwrap_or_else(PoisonError::into_inner) = Arc::clone(&model);
+        Ok(model)
     }
 }
 

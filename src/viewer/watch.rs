@@ -1,7 +1,8 @@
 //! Notices when files change, and loads the scene again.
 
 use super::{
-    Host, Loading, loading,
+    Host, Loaded, Loading, loading,
+    pose::Pose,
     timeline::{Model, Timeline},
 };
 use crate::accel::BuildQuality;
@@ -21,8 +22,8 @@ use std::{
 /// Programs write files in pieces. A change is complete when nothing has followed for this long.
 const QUIET: Duration = Duration::from_millis(120);
 
-/// The scene, loaded again, or the error.
-pub type Reloaded = Result<Arc<Timeline>, String>;
+/// The scene, loaded again, with its starting camera, or the error.
+pub type Reloaded = Result<(Arc<Timeline>, Pose), String>;
 
 /// Why the scene is loaded again.
 #[derive(Debug)]
@@ -60,12 +61,13 @@ pub fn start(
         let mut watched = Watched::new(sender);
         watched.add(&files);
         while watched.wait(&changes).is_some() {
-            let (scene, files) = host.load(&progress);
+            let (loaded, files) = host.load(&progress);
             // A faulty scene may name fewer files than before: all stay watched.
             watched.add(&files);
-            tell(scene.map(|scene| {
+            tell(loaded.map(|Loaded { scene, frames, pose }| {
                 let bvh = loading::build_bvh(&scene, quality, &progress);
-                Arc::new(Timeline::new(Model::new(scene, bvh)))
+                let timeline = Timeline::with_frames(Model::new(scene, bvh), frames);
+                (Arc::new(timeline), pose)
             }));
         }
     });

@@ -81,6 +81,8 @@ pub struct App {
     pub(super) reload: Option<Reload>,
     pub(super) timeline: Arc<Timeline>,
     pub(super) playback: Playback,
+    /// Whether the animation plays once it is loaded.
+    pub(super) will_play: bool,
     pub(super) orbit: Orbit,
     /// The starting camera; that of the frame if the scene's camera moves.
     pub(super) home: Pose,
@@ -150,6 +152,7 @@ impl App {
             reload,
             playback: Playback::new(timeline.count(), options.fps),
             timeline,
+            will_play: false,
             orbit,
             home: options.pose,
             up: [up; 2],
@@ -315,16 +318,25 @@ impl App {
 
     fn reloaded(&mut self, reloaded: Reloaded) {
         match reloaded {
-            Ok(timeline) => {
+            Ok((timeline, home)) => {
                 self.orbit.set_bounds(timeline.now().scene.bounds());
-                self.playback.set_count(timeline.count());
-                self.timeline = timeline;
+                let what = if self.will_play {
+                    "playing"
+                } else {
+                    "file reloaded"
+                };
+                self.take_timeline(timeline);
                 self.error = None;
-                self.say("file reloaded");
+                self.say(what);
+                // A turned mesh has the turned camera.
+                if self.up[0] == self.up[1] && self.turn == DMat3::IDENTITY {
+                    self.go_home(home);
+                }
                 self.turn_camera();
                 self.show_frame();
             }
             Err(error) => {
+                self.will_play = false;
                 (self.error, self.message) = (Some(error), None);
                 self.redraw();
             }

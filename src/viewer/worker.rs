@@ -62,7 +62,7 @@ pub fn run(shared: &Shared, budget: Duration, tell: &(dyn Fn(Note) + Sync)) {
                 continue;
             }
             Err(error) => {
-                tell(Note::Failed(error.to_string()));
+                tell(Note::Failed(error));
                 job = shared.next(None);
                 continue;
             }

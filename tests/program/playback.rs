@@ -3,13 +3,17 @@
 use crate::{crops::SWING, program::Folder};
 use image::RgbImage;
 
-/// The swing says that it takes two seconds.
-fn folder() -> Folder {
-    let folder = Folder::new();
-    let timed = SWING.replace(
+/// The swing, which says that it takes two seconds.
+pub fn swing() -> String {
+    SWING.replace(
         r#""count":2,"type":"SCALAR""#,
         r#""count":2,"type":"SCALAR","max":[2]"#,
-    );
+    )
+}
+
+fn folder() -> Folder {
+    let folder = Folder::new();
+    let timed = swing();
     folder.write("swing.gltf", &timed);
     folder.write("endless.gltf", SWING);
     let long = timed.replace(r#""max":[2]"#, r#""max":[1e9]"#);

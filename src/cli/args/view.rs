@@ -56,7 +56,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "MS", value_parser = values::whole::<10_000>, default_value_t = 16)]
     pub budget: u32,
 
-    /// Frames per second of an animated scene
+    /// Frames per second of an animated scene or mesh
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FPS }>, default_value_t = FPS)]
     pub fps: u32,
 

@@ -6,7 +6,10 @@ use crate::{
         CliError,
         args::spelled,
         load::{self, Input},
-        plan::{InputPlan, Look, MeshOptions, Style, ViewPlan, is_standard_input, stem},
+        plan::{
+            InputKind, InputPlan, Look, MeshOptions, Playing, Style, ViewPlan, is_standard_input,
+            playback_of, stem,
+        },
         process,
         report::{self, quoted},
         write::{Format, Inputs, Pixels, json_line, write_json},
@@ -16,8 +19,8 @@ use crate::{
     render::{ByteFilm, Settings, Transfer},
     scene::Scene,
     viewer::{
-        Content, Display, Host, MAX_SIDE, Options, Start, ViewError, benchmark::Report, loading::Loading,
-        pose::Pose,
+        Content, Display, Host, Loaded, MAX_SIDE, Options, Start, ViewError, benchmark::Report,
+        loading::Loading, pose::Pose, timeline::Frames,
     },
     whole_file,
 };
@@ -106,7 +109,7 @@ fn load(plan: ViewPlan, loading: &Loading) -> Result<Content, CliError> {
     inputs.add_scene(&input.path, &files, Some(&scene));
     inputs.check_json(json.as_ref())?;
     let Look { settings, picture } = looks.of(is_mesh);
-    report::warnings(notes);
+    report::warnings(notes.iter().cloned());
     let options = Options {
         is_mesh,
         pose: camera.view().into(),
@@ -123,7 +126,9 @@ fn load(plan: ViewPlan, loading: &Loading) -> Result<Content, CliError> {
         mesh: Mutex::new(input.mesh.clone()),
         input,
         memory,
+        fps,
         lit_from: Mutex::new(lit_from),
+        told: Mutex::new(notes),
         has_config,
     };
     Ok(Content {
@@ -155,8 +160,12 @@ struct Program {
     /// The input's options, with later rotations by keys.
     mesh: Mutex<MeshOptions>,
     memory: u64,
+    /// Frames per second of an animation.
+    fps: u32,
     /// The direction from which the current mesh is lit, unless it has its own lights.
     lit_from: Mutex<Option<DVec3>>,
+    /// The warnings of the last load.
+    told: Mutex<Vec<String>>,
     /// Whether `octray render` would read a config file.
     has_config: bool,
 }
@@ -170,8 +179,16 @@ impl Program {
         self.mesh.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The options of a mesh for `octray render`.
-    fn mesh_options(&self) -> String {
+    /// Prints the warnings of a load that the one before did not have.
+    fn warn(&self, notes: Vec<String>) {
+        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_new = |note: &&String| !told.contains(note);
+        report::warnings(notes.iter().filter(is_new).cloned());
+        *told = notes;
+    }
+
+    /// The options of a mesh for `octray render`, at this frame if it is played.
+    fn mesh_options(&self, frame: u32) -> String {
         let mesh = self.mesh();
         let mut options = String::new();
         if let Some(axis) = mesh.up_axis {
@@ -186,11 +203,21 @@ impl Program {
         if let Some(diameter) = mesh.point_size {
             options += &format!(" --point-size={diameter}");
         }
+        if let Some((path, degrees)) = &mesh.environment {
+            options += &format!(" --environment={}", quoted(path));
+            if *degrees != 0.0 {
+                options += &format!(" --environment-rotate={degrees}");
+            }
+        }
         if let Some(moment) = &mesh.moment {
             if let Some(animation) = &moment.animation {
                 options += &format!(" --animation={}", quoted(Path::new(animation)));
             }
-            options += &format!(" --animation-time={}", moment.seconds);
+            options += &if mesh.playback.is_some() {
+                format!(" --fps={} --frames={frame}", self.fps)
+            } else {
+                format!(" --animation-time={}", moment.seconds)
+            };
         }
         if let Some(DVec3 { x, y, z }) = *self.lit_from() {
             options += &format!(" --lit-from={x},{y},{z}");
@@ -200,7 +227,7 @@ impl Program {
 }
 
 impl Host for Program {
-    fn load(&self, loading: &Loading) -> (Result<Scene, String>, Vec<PathBuf>) {
+    fn load(&self, loading: &Loading) -> (Result<Loaded, String>, Vec<PathBuf>) {
         let mut files = Vec::new();
         if is_standard_input(&self.input.path) {
             return (Err("standard input cannot be read again".into()), files);
@@ -209,12 +236,46 @@ impl Host for Program {
             mesh: self.mesh().clone(),
             ..self.input.clone()
         };
-        let scene =
-            load::load_and_list(&input, limits(&input, self.memory, loading), &mut files).map(|input| {
-                *self.lit_from() = input.is_lit_from();
-                input.scene
-            });
-        (scene.map_err(|error| error.text().unwrap_or_default()), files)
+        let loaded = load::load_and_list(&input, limits(&input, self.memory, loading), &mut files);
+        let loaded = loaded.map(|mut loaded| {
+            *self.lit_from() = loaded.is_lit_from();
+            self.warn(std::mem::take(&mut loaded.notes));
+            let playback = input.mesh.playback.clone().zip(loaded.poses);
+            let memory = self.memory;
+            Loaded {
+                scene: loaded.scene,
+                pose: loaded.camera.view().into(),
+                frames: playback.map(|(playback, poses)| Frames {
+                    count: playback.count(),
+                    load: Box::new(move |frame| {
+                        let loaded = load::load_frame(&input, memory, &poses, frame);
+                        loaded
+                            .map(|loaded| loaded.scene)
+                            .map_err(|error| error.text().unwrap_or_default())
+                    }),
+                }),
+            }
+        });
+        (loaded.map_err(|error| error.text().unwrap_or_default()), files)
+    }
+
+    fn animate(&self) -> Result<bool, String> {
+        if self.style.is_none() || self.input.kind != InputKind::Mesh {
+            return Ok(false);
+        }
+        let mut mesh = self.mesh();
+        let animation = mesh.moment.as_ref().and_then(|moment| moment.animation.clone());
+        let playing = Playing {
+            animation: animation.as_deref(),
+            fps: self.fps,
+            memory: self.memory,
+        };
+        let playback = playback_of(&self.input.path, playing, None);
+        let Some(playback) = playback.map_err(|error| error.text().unwrap_or_default())? else {
+            return Ok(false);
+        };
+        (mesh.moment, mesh.playback) = (Some(playback.moment(1)), Some(playback));
+        Ok(true)
     }
 
     fn turn_up(&self, axis: &str, rotation: DMat3) -> bool {
@@ -254,9 +315,9 @@ impl Host for Program {
     fn say(&self, camera: &str, frame: u32, settings: &Settings, transfer: Transfer) {
         let scene = quoted(&self.input.path);
         let Settings { width, height, .. } = settings;
-        let mut options = self.mesh_options() + &spelled(settings, transfer, self.style);
+        let mut options = self.mesh_options(frame) + &spelled(settings, transfer, self.style);
         // That is where a scene stands anyway.
-        if frame > 1 {
+        if frame > 1 && self.style.is_none() {
             options += &format!(" --frames={frame}");
         }
         if self.has_config {

@@ -52,6 +52,12 @@ impl Playback {
         }
     }
 
+    /// All frames.
+    #[cfg(feature = "viewer")]
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+
     /// Frames that are spread over all of them, at most 32.
     pub fn some_frames(&self) -> impl Iterator<Item = u32> {
         let (count, poses) = (u64::from(self.count), u64::from(self.count.min(MOST_POSES)));
@@ -112,7 +118,14 @@ fn frames_of(
 }
 
 /// How a mesh is played; `None` without animations. If its file does not say how long the animation is, the `last` frame is.
-fn playback_of(path: &Path, playing: Playing<'_>, last: Option<u32>) -> Result<Option<Playback>, CliError> {
+///
+/// # Errors
+/// [`CliError`] if it cannot be read, or has too many frames.
+pub fn playback_of(
+    path: &Path,
+    playing: Playing<'_>,
+    last: Option<u32>,
+) -> Result<Option<Playback>, CliError> {
     let Playing {
         animation,
         fps,

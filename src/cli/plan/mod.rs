@@ -22,6 +22,8 @@ pub use input::{
     name,
 };
 pub use job::{Engine, JobPlan};
+#[cfg(feature = "viewer")]
+pub use keyframes::playback_of;
 pub use keyframes::{Keyframes, Playback, Playing, keyframes};
 pub use look::{Look, Looks, PictureOptions};
 pub use names::{Origin, PicturePath, aov as aov_path, check_pattern, expand, has_number, of_frame, stem};

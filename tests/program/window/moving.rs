@@ -1,6 +1,7 @@
 //! Animated scenes in the window.
 
 use super::{BELOW_MESSAGE, SIZE, Screen, Viewer, difference, meshes, wait_for};
+use crate::playback;
 
 /// An instance that rises and a camera that passes, in nine frames.
 const RISING: &str = "light 3 -2 5 0.7\nmaterial 1\nsphere 0 0 0.5 0.5\n\
@@ -50,22 +51,53 @@ pub fn play_and_step(screen: &Screen) {
     viewer.key("Home");
     stands_at(&viewer, 8);
     // Playing shows other frames in turn, and stops at one of them.
-    let frame = |viewer: &Viewer| {
-        let title = viewer.title();
-        let (_, rest) = title.split_once("frame ")?;
-        rest.split_once('/')?.0.parse::<u32>().ok()
-    };
     viewer.key("space");
-    for _ in 0..2 {
-        let before = frame(&viewer);
-        wait_for("another frame", || match frame(&viewer) {
-            now if now == before => Err(format!("{now:?}")),
-            _ => Ok(()),
-        });
-    }
+    frames_change(&viewer);
     viewer.key("space");
     let line = viewer.camera_options();
     let stopped = line.split_once("--frames=").map_or("1", |(_, frame)| frame);
     stands_at(&viewer, stopped.split(' ').next().unwrap().parse().unwrap());
+    viewer.quit("q");
+}
+
+fn frames_change(viewer: &Viewer) {
+    let frame = || {
+        let title = viewer.title();
+        let (_, rest) = title.split_once("frame ")?;
+        rest.split_once('/')?.0.parse::<u32>().ok()
+    };
+    for _ in 0..2 {
+        let before = frame();
+        wait_for("another frame", || match frame() {
+            now if now == before => Err(format!("{now:?}")),
+            _ => Ok(()),
+        });
+    }
+}
+
+/// The animation of a mesh is loaded when it is asked for, and each frame is what render makes of it.
+pub fn play_a_mesh(screen: &Screen) {
+    let options = ["--samples=auto", "--fps=4"];
+    let mut viewer = Viewer::open_file(screen, "t.gltf", &playback::swing(), SIZE, &options);
+    let still = viewer.render(&[]);
+    viewer.wait_for_picture("the pose without animation", &still, BELOW_MESSAGE);
+    viewer.key("space");
+    frames_change(&viewer);
+    viewer.key("period");
+    let stopped = |viewer: &Viewer| {
+        let line = viewer.camera_options();
+        assert!(line.contains("--fps=4") && line.contains("--frames="), "{line}");
+        let options: Vec<&str> = line.split_whitespace().collect();
+        let expected = viewer.render(&options);
+        viewer.wait_for_picture(&line, &expected, BELOW_MESSAGE);
+        expected
+    };
+    let first = stopped(&viewer);
+    viewer.keys(&["period", "period", "period"]);
+    let second = stopped(&viewer);
+    assert!(difference(&first, &second, 0) > 100);
+    viewer.key("s");
+    viewer.wait_for_file("t-1.png");
+    assert_eq!(difference(&viewer.picture("t-1.png"), &second, 0), 0);
     viewer.quit("q");
 }
