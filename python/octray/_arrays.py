@@ -135,7 +135,7 @@ def count(name: str, value, *, least: int, most: int = sys.maxsize) -> int:
     try:
         number = operator.index(value)
     except TypeError:
-        number = int(value) if isinstance(value, float) and value.is_integer() else least - 1
+        number = int(value) if isinstance(value, (float, np.floating)) and float(value).is_integer() else least - 1
     if isinstance(value, bool) or number < least:
         raise ValueError(f"{name}: expected a whole number of at least {least}, found {shown(value)}")
     return min(number, most)

@@ -195,13 +195,15 @@ class Mesh:
         """Find the closest point of the mesh to each of k points.
 
         Returns ``point`` (shape (k, 3), ``float64``), ``distance`` (``float64``) and ``triangle`` (``int64``; of equally
-        near triangles the lowest). A point with a NaN gets NaN, NaN and -1, as does every point if the mesh is empty.
-        Triangles without area are ignored.
+        near triangles the lowest). A point with a NaN, or beyond the range of ``float32``, gets NaN, NaN and -1, as does
+        every point if the mesh is empty. Triangles without area are ignored.
         """
         return self._mesh.closest_point(_arrays.vectors("points", points, one=True))
 
     def signed_distance(self, points: ArrayLike) -> NDArray[np.float64]:
         """Return the distance of each point from the mesh: positive inside, negative outside.
+
+        NaN for a point with a NaN, or beyond the range of ``float32``; minus infinity if the mesh is empty.
 
         Raises
         ------
@@ -224,7 +226,11 @@ class Mesh:
         """Move the vertices, whose number must not change, without rebuilding the mesh.
 
         Results are those of a new mesh."""
-        self._mesh.refit(_arrays.vectors("vertices", vertices))
+        moved = _arrays.vectors("vertices", vertices)
+        count = self._mesh.counts[0]
+        if len(moved) != count:
+            raise ValueError(f"vertices: expected {count}, as the mesh has, found {len(moved)}")
+        self._mesh.refit(moved)
 
     def __copy__(self) -> Self:
         """A mesh that is moved on its own. They share what is not moved."""

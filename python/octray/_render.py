@@ -18,6 +18,7 @@ _CAMERA = ("from", "eye", "target", "up", "fov", "ortho", "aperture", "focus")
 _SIDES = {"front": (0, 0), "right": (90, 0), "back": (180, 0), "left": (-90, 0), "top": (0, 90), "bottom": (0, -90)}
 _LARGEST = 65_535
 _MOST_SAMPLES = 1 << 20
+_FARTHEST = 1e9
 
 
 def render(
@@ -83,6 +84,8 @@ def render(
     subject: _octray.Mesh | str
     if isinstance(source, Mesh):
         subject = source._mesh
+        if source._mesh.counts[1] == 0:
+            raise ValueError(f"source: {source!r} has no triangles to render")
     elif isinstance(source, (str, bytes, os.PathLike)):
         subject = os.fsdecode(source)
         # A file of that name: to the program it is standard input.
@@ -130,6 +133,9 @@ def _camera(camera):
         side = camera.get("from")
         side = _vector("from", _SIDES.get(side, side) if isinstance(side, str) else side, 2)
         eye, target, up = (_vector(name, camera.get(name), 3) for name in _CAMERA[1:4])
+        for name, point in (("eye", eye), ("target", target)):
+            if point is not None and max(map(abs, point)) > _FARTHEST:
+                raise ValueError(f"camera: {name} is {camera[name]!r}, expected numbers of at most {_FARTHEST:g}")
         lens = [_vector(name, camera.get(name), 1) for name in _CAMERA[4:]]
         for one, other, found in (("fov", "ortho", lens[:2]), ("from", "eye", (side, eye))):
             if None not in found:

@@ -55,6 +55,11 @@ impl Mesh {
         }
     }
 
+    /// The threads that its calls use.
+    pub fn threads(&self) -> &Threads {
+        &self.threads
+    }
+
     /// The number of threads of its own.
     pub fn own_threads(&self) -> Option<usize> {
         self.threads.own

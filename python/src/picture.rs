@@ -42,14 +42,14 @@ pub enum Camera {
 const WORDS: [(&str, &str); 6] = [
     (
         "use --view or --eye",
-        "choose a viewpoint from 1 to 6, or give a dictionary with eye",
+        "choose a viewpoint from 1 to 6, or give a dictionary, such as {\"from\": \"front\"} or {\"eye\": (4, 3, 2)}",
     ),
     ("choose it with --camera 1", "choose it with camera=\"1\""),
     (
         "--focus needs a lens: give its diameter with --aperture",
         "focus needs a lens: give its diameter as aperture",
     ),
-    ("--up 0,1,0", "up=(0, 1, 0)"),
+    ("--up 0,1,0", "\"up\": (0, 1, 0)"),
     ("--style applies", "style applies"),
     ("--from", "from"),
 ];
@@ -162,7 +162,10 @@ pub fn render<'py>(
         Source::File(path) => path.clone(),
         Source::Mesh(_) => PathBuf::new(),
     };
-    let pool = threads::shared()?;
+    let pool = match &source {
+        Source::Mesh(mesh) => mesh.threads().pool()?,
+        Source::File(_) => threads::shared()?,
+    };
     let done = threads::interruptible(py, |cancelled| {
         let subject = match mesh {
             Some(mesh) => Subject::Mesh(mesh),

@@ -164,20 +164,24 @@ pub fn shared() -> PyResult<Arc<ThreadPool>> {
 /// # Errors
 /// `KeyboardInterrupt`, or what another signal handler raises.
 pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(&AtomicBool) -> T + Send) -> PyResult<T> {
-    let cancelled = AtomicBool::new(false);
+    let (cancelled, is_done) = (AtomicBool::new(false), AtomicBool::new(false));
     let mut interrupted = Ok(());
     let done = py.detach(|| {
         thread::scope(|scope| {
             let waiting = thread::current();
-            let cancelled = &cancelled;
+            let (cancelled, is_done) = (&cancelled, &is_done);
             let worker = scope.spawn(move || {
                 let done = work(cancelled);
+                // The thread ends a little later than it wakes the waiting one.
+                is_done.store(true, Ordering::Relaxed);
                 waiting.unpark();
                 done
             });
-            while !worker.is_finished() {
+            // After a panic only the thread's end tells.
+            let is_over = || is_done.load(Ordering::Relaxed) || worker.is_finished();
+            while !is_over() {
                 thread::park_timeout(POLL);
-                if interrupted.is_ok() && !worker.is_finished() {
+                if interrupted.is_ok() && !is_over() {
                     interrupted = Python::attach(|py| py.check_signals());
                     cancelled.store(interrupted.is_err(), Ordering::Relaxed);
                 }

@@ -121,8 +121,10 @@ def test_parallel_rays_and_lenses():
         ({"camera": {"aperture": -1}}, "aperture"),
         ({"camera": {"focus": 0}}, "focus"),
         ({"camera": {"focus": 1}}, "aperture"),
-        ({"camera": {"eye": (0, 0, 1), "target": (0, 0, 0), "up": (0, 0, 1)}}, "up="),
+        ({"camera": {"eye": (0, 0, 1), "target": (0, 0, 0), "up": (0, 0, 1)}}, "\"up\": "),
         ({"camera": {"eyes": (0, 0, 0)}}, "keys"),
+        ({"camera": {"eye": (2e9, 0, 0)}}, "at most 1e"),
+        ({"camera": {"target": (0, -1e300, 0)}}, "at most 1e"),
         ({"camera": {"eye": (1, 0, 0), "target": (1, 0, 0)}}, "camera|target|view"),
         ({"camera": 1.5}, "camera"),
     ],
@@ -141,6 +143,17 @@ def test_vertices_that_no_face_uses_do_not_change_the_framing():
     found = octray.render(octray.Mesh(more, [[1, 4, 2], [1, 2, 5]]), (40, 30), aov="id")
     assert np.array_equal(found["id"], expected["id"]) and np.isin([0, 1], found["id"]).all()
     assert np.array_equal(found["color"], expected["color"])
+
+
+def test_triangles_without_area_are_told():
+    with pytest.warns(UserWarning, match="1 without area"):
+        octray.render(octray.Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]]), (4, 4))
+
+
+def test_small_meshes_are_framed():
+    corners, faces = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, 0.2, 0.5]]), [[0, 2, 1], [0, 1, 3]]
+    seen = [(octray.render(octray.Mesh(corners * size, faces), (40, 30), aov="id")["id"] < 2).sum() for size in (1, 1e-10)]
+    assert abs(seen[0] - seen[1]) < 10
 
 
 def test_a_path_is_no_standard_input(tmp_path, monkeypatch):

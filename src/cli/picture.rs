@@ -73,26 +73,29 @@ pub fn picture(
         ..MeshOptions::default()
     };
     let style = mesh.style;
-    let input = match subject {
+    let (plan, mut input) = match subject {
         Subject::File(path) => {
             let plan = InputPlan::new(path, camera, mesh, aspect)?;
-            load::load_and_list(&plan, memory, &mut Vec::new())?
+            let input = load::load_and_list(&plan, memory, &mut Vec::new())?;
+            (plan, input)
         }
         Subject::Mesh(columns) => {
             camera.check()?;
             let plan = InputPlan::of_mesh(camera, mesh, aspect);
-            load::show_mesh(
-                &plan,
-                LoadedMesh {
-                    columns,
-                    up: UpAxis::Z,
-                    up_source: UpSource::Stated,
-                    ..LoadedMesh::default()
-                },
-                memory,
-            )?
+            let mesh = LoadedMesh {
+                columns,
+                up: UpAxis::Z,
+                up_source: UpSource::Stated,
+                ..LoadedMesh::default()
+            };
+            let input = load::show_mesh(&plan, mesh, memory)?;
+            (plan, input)
         }
     };
+    let faults = load::faults::of(&input.scene);
+    if !input.is_cloud {
+        input.notes.extend(faults.warning(plan.name()));
+    }
     let (settings, transfer) = args::look(settings, input.is_mesh().then_some(style), samples)?;
     settings.validate()?;
     load::memory::check_build(&input.scene, BuildQuality::Best)?;

@@ -1,0 +1,5 @@
+"""``python -m octray``: the program."""
+
+from ._program import main
+
+main()
