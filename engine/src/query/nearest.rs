@@ -276,6 +276,7 @@ fn on_edge(point: DVec3, a: DVec3, b: DVec3) -> DVec3 {
 pub fn on_triangle(point: DVec3, corners: [Vec3; 3]) -> DVec3 {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
     let (ab, ac) = (b - a, c - a);
+    let normal = ab.cross(ac);
     let (from_a, from_b, from_c) = (point - a, point - b, point - c);
     let (d1, d2) = (ab.dot(from_a), ac.dot(from_a));
     if d1 <= 0.0 && d2 <= 0.0 {
@@ -289,15 +290,16 @@ pub fn on_triangle(point: DVec3, corners: [Vec3; 3]) -> DVec3 {
     if d6 >= 0.0 && d5 <= d6 {
         return c;
     }
-    let vc = d1 * d4 - d3 * d2;
+    // Areas by the normal: as differences of these products they would be mostly rounding in needles.
+    let vc = normal.dot(ab.cross(from_a));
     if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
         return on_edge(point, a, b);
     }
-    let vb = d5 * d2 - d1 * d6;
+    let vb = normal.dot(from_a.cross(ac));
     if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
         return on_edge(point, a, c);
     }
-    let va = d3 * d6 - d5 * d4;
+    let va = normal.dot((c - b).cross(from_b));
     if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
         return on_edge(point, b, c);
     }
@@ -313,7 +315,7 @@ pub fn on_triangle(point: DVec3, corners: [Vec3; 3]) -> DVec3 {
     if sum > largest * largest * LEAST_AREA {
         return a + ab * v + ac * w;
     }
-    // These areas are mostly rounding in a needle, so any of its features may be the nearest.
+    // In a thinner needle they are, too, so any of its features may be the nearest.
     let edges = [on_edge(point, a, b), on_edge(point, a, c), on_edge(point, b, c)];
     let mut nearest = edges[0];
     let inside = (v >= 0.0 && w >= 0.0 && v + w <= 1.0).then(|| a + ab * v + ac * w);

@@ -40,6 +40,23 @@ fn closest_points_are_those_of_all_triangles() {
     }
 }
 
+/// Points of needles are as near as rounding of their coordinates lets them be.
+#[test]
+fn closest_points_of_needles() {
+    let mut random = Random::new(46);
+    let mut worst: f64 = 0.0;
+    for _ in 0..20_000 {
+        let (a, along, aside) = (random.vector(), random.vector(), random.vector());
+        let width = 10.0_f32.powf(-2.0 - 4.0 * random.0.f32());
+        let corners = [a, a + along, a + along * (random.0.f32() * 1.5) + aside * width];
+        let [u, v] = [random.0.f64() * 0.5, random.0.f64() * 0.5];
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        let point = a * (1.0 - u - v) + b * u + c * v;
+        worst = worst.max(on_triangle(point, corners).distance(point));
+    }
+    assert!(worst < 1e-10, "{worst}");
+}
+
 #[test]
 fn many_closest_points_are_those_of_one_by_one() {
     let mut random = Random::new(35);
