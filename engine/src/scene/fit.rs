@@ -27,7 +27,7 @@ pub struct FitView {
     pub up: DVec3,
     /// Vertical field of view, degrees; `None` for an orthographic view.
     pub fov_degrees: Option<f64>,
-    /// Width over height.
+    /// Width over height, above 0.
     pub aspect: f64,
 }
 
@@ -39,6 +39,9 @@ impl FitView {
     ///
     /// # Errors
     /// [`CameraError`] if these directions do not define a view.
+    ///
+    /// # Panics
+    /// If `x`, `y` and `z` differ in length.
     pub fn fit(&self, mesh: &TriangleMesh) -> Result<Fit, CameraError> {
         self.fit_around(&[PlacedMesh::in_place(mesh)], 0.0)
     }
@@ -88,7 +91,9 @@ impl FitView {
         }
         let [r, l, u, d, near, far] = extents;
         // A flat mesh or a single point needs some distance too.
-        let gap = (0.01 * (near + far)).max(1e-6 * near.abs()).max(1e-9);
+        let size = (r + l).max(u + d).max(near + far);
+        let least = if size > 0.0 { size } else { 1.0 } * 1e-9;
+        let gap = (0.01 * (near + far)).max(1e-6 * near.abs()).max(least);
         let parallel_height = (u + d).max((r + l) / self.aspect).max(gap) / (1.0 - MARGIN);
         // In the frame (right, up, forward), the eye must be behind both planes of each pair.
         let depths = match self.fov_degrees {
