@@ -79,6 +79,7 @@ impl fmt::Display for SourcePos {
 
 /// Why [`SceneBuilder`](crate::scene::SceneBuilder) refused a part of a scene.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum SceneError {
     /// A number is NaN, infinite, or above [`MAX_COORDINATE`](crate::scene::MAX_COORDINATE), so that products of it could
     /// overflow.
@@ -164,6 +165,8 @@ pub enum SceneError {
     },
     /// A transform makes a body flat, or nearly so.
     Flat,
+    /// A prototype would hold an instance or another prototype.
+    Nested,
     /// A keyframe is invalid, by itself or after the one before.
     Keyframe(String),
     /// An animated instance or camera has no valid transform at a time.
@@ -235,6 +238,7 @@ impl fmt::Display for SceneError {
                 in_bytes(*needed),
                 in_bytes(*limit)
             ),
+            Self::Nested => f.write_str("a prototype cannot hold instances or other prototypes"),
             Self::Flat => f.write_str("the transform flattens it, expected an invertible one"),
             Self::Keyframe(why) => f.write_str(why),
             Self::AtTime { time, place, why } => {

@@ -11,7 +11,8 @@ use octray::{
     reference::brute,
     render::{Film, render},
     scene::{
-        Background, Camera, Material, MaterialId, PrototypeId, Scene, SceneBuilder, Transform, TriangleMesh,
+        Background, Camera, Material, MaterialId, Motion, PrototypeId, Scene, SceneBuilder, Step, Transform,
+        TriangleMesh,
     },
     verify::Random,
 };
@@ -307,8 +308,36 @@ fn the_builder_refuses_what_cannot_be_traced() {
             "{transform:?}: {error:?}"
         );
     }
+    let mut motion = Motion::default();
+    motion.add(1.0, vec![Step::Translate(DVec3::ZERO)]).unwrap();
+    motion.add(2.0, vec![Step::Translate(DVec3::X * 2e9)]).unwrap();
+    assert!(builder.add_moving_instance(prototype, &none, motion).is_err());
     // What was refused is not there.
     assert!(builder.finish().instances().is_empty());
+    let mut builder = SceneBuilder::within(10_000);
+    let matte = builder.classic_material(1).unwrap();
+    let prototype = stored(&mut builder, cube(Vec3::ZERO, 1.0), matte);
+    let added = (0..100)
+        .filter(|_| builder.add_instance(prototype, &none).is_ok())
+        .count();
+    assert!(added > 0 && added < 100, "{added}");
+    assert_eq!(builder.finish().instances().len(), added);
+}
+
+#[test]
+fn prototypes_hold_no_prototypes() {
+    let mut builder = SceneBuilder::new();
+    let matte = builder.classic_material(1).unwrap();
+    let outer = builder.add_prototype(|builder| {
+        builder.add_sphere(Vec3::X, 1.0, matte)?;
+        let inner = builder.add_prototype(|builder| builder.add_sphere(Vec3::ZERO, 1.0, matte));
+        inner.map(drop)
+    });
+    assert_eq!(outer, Err(SceneError::Nested));
+    let ball = builder.add_prototype(|builder| builder.add_sphere(Vec3::ZERO, 1.0, matte));
+    let ball = ball.expect("a prototype");
+    let outer = builder.add_prototype(|builder| builder.add_instance(ball, &Transform::IDENTITY));
+    assert_eq!(outer, Err(SceneError::Nested));
 }
 
 #[test]

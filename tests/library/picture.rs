@@ -186,6 +186,37 @@ fn empty_and_outside_crops_are_refused() {
     }
 }
 
+#[test]
+fn depths_and_threads_beyond_reason_are_refused() {
+    for (max_depth, threads, expected) in [
+        (1001, None, "depth 1001: expected 1 to 1000"),
+        (0, None, "depth 0: expected 1 to 1000"),
+        (5, Some(usize::MAX), "threads: expected 1 to 4096"),
+        (5, Some(0), "0 threads: expected 1 to 4096"),
+    ] {
+        let settings = Settings {
+            max_depth,
+            threads,
+            ..settings()
+        };
+        let error = settings.validate().unwrap_err().to_string();
+        assert!(error.ends_with(expected), "{error}");
+    }
+}
+
+#[test]
+fn png_files_have_the_bytes_of_their_pixels() {
+    for (size, count, pixel_bytes) in [
+        ([4, 4], 48, 7),
+        ([4, 4], 48, 0),
+        ([4, 4], 47, 3),
+        ([1 << 31; 2], 16, 4),
+    ] {
+        let written = octray::render::write_png(Vec::new(), size, &vec![0; count], pixel_bytes, &[]);
+        assert!(written.is_err(), "{size:?} {pixel_bytes}");
+    }
+}
+
 /// A progress callback may yield its thread to the remaining bands.
 #[test]
 fn layers_when_the_progress_callback_yields() {

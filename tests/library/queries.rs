@@ -265,6 +265,16 @@ fn what_is_not_closed_has_no_inside() {
     let (positions, triangles) = cube(1, |at| at);
     let far = Geometry::from_triangles(&positions, &triangles).unwrap();
     assert!(far.signed_distance(DVec3::splat(1e39)).unwrap().is_nan());
+    let collapsed = far.refitted(&vec![[5.0_f32; 3]; positions.len()]).unwrap();
+    assert_eq!(collapsed.signed_distance(DVec3::ZERO), Ok(f64::NEG_INFINITY));
+    assert!(collapsed.signed_distance(DVec3::NAN).unwrap().is_nan());
+    for offset in [DVec3::NAN, DVec3::new(0.0, f64::INFINITY, 0.0), DVec3::Z * 1e39] {
+        let refused = Geometry::from_relative(&positions, offset, &triangles);
+        assert!(matches!(
+            refused,
+            Err(QueryError::Coordinate { what: "offset", .. })
+        ));
+    }
     assert!(nothing.bounds().is_none() && nothing.closest_point(DVec3::ZERO).is_none());
     assert!(nothing.closest_hit(&Ray::new(Vec3::ZERO, Vec3::X)).is_none());
 }

@@ -257,7 +257,7 @@ impl Bvh {
         &self.repeats
     }
 
-    /// Returns whether the hierarchy was built from this scene, or from one that it is a clone of.
+    /// Returns whether the hierarchy was built from this scene, and has followed it since it moved.
     #[must_use]
     pub fn is_of(&self, scene: &Scene) -> bool {
         self.scene == scene.id()

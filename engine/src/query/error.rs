@@ -10,7 +10,7 @@ pub enum QueryError {
     /// A coordinate is NaN, infinite, or farther than [`MAX_COORDINATE`](crate::scene::MAX_COORDINATE) from 0 (from the
     /// middle of the geometry, if that is far from 0).
     Coordinate {
-        /// "vertex" or "sphere".
+        /// "vertex", "sphere" or "offset".
         what: &'static str,
         /// Its index.
         index: usize,

@@ -148,7 +148,8 @@ impl Geometry {
         self
     }
 
-    /// Moves the vertices and refits the BVH, which usually is far faster than building a new one. If neighbours move apart,
+    /// Moves the vertices to `positions` in world space (those of a mesh that is relative to an offset have to be moved by it)
+    /// and refits the BVH, which usually is far faster than building a new one. If neighbours move apart,
     /// queries are slower than with a new geometry; results are the same, bit for bit. The BVH is rebuilt if triangles are
     /// equal, or gain or lose their area, and from four million triangles on.
     ///

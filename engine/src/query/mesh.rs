@@ -42,25 +42,34 @@ impl Geometry {
     /// ```
     ///
     /// # Errors
-    /// As [`Geometry::from_mesh`].
+    /// As [`Geometry::from_mesh`], or [`QueryError::Coordinate`] if the offset is not finite in `f32`.
     pub fn from_mesh_at(mesh: &TriangleMesh, offset: DVec3) -> Result<Self, QueryError> {
-        let mut geometry = Self::from_mesh(mesh)?;
-        geometry.offset += offset;
-        Ok(geometry)
+        Self::from_mesh(mesh)?.moved_by(offset)
     }
 
     /// Makes a geometry again of what [`vertices`](Self::vertices) and [`triangles`](Self::triangles) returned. Its
     /// answers are the same, to the bit.
     ///
     /// # Errors
-    /// As [`Geometry::from_triangles`].
+    /// As [`Geometry::from_triangles`], or [`QueryError::Coordinate`] if `middle` is not finite in `f32`.
     pub fn from_relative(
         positions: &[[f32; 3]],
         middle: DVec3,
         triangles: &[[u32; 3]],
     ) -> Result<Self, QueryError> {
-        let mut geometry = Self::from_triangles(positions, triangles)?;
-        geometry.offset += middle;
-        Ok(geometry)
+        Self::from_triangles(positions, triangles)?.moved_by(middle)
+    }
+
+    fn moved_by(mut self, offset: DVec3) -> Result<Self, QueryError> {
+        let values = offset.to_array();
+        if let Some(index) = values.iter().position(|&value| !(value as f32).is_finite()) {
+            return Err(QueryError::Coordinate {
+                what: "offset",
+                index,
+                value: values[index],
+            });
+        }
+        self.offset += offset;
+        Ok(self)
     }
 }

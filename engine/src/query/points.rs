@@ -104,7 +104,7 @@ impl Geometry {
         match self.closest_near(point, near) {
             Some(closest) if closest.distance == 0.0 || self.is_inside(point) => closest.distance,
             Some(closest) => -closest.distance,
-            None if self.bounds().is_none() && !point.is_nan() => f64::NEG_INFINITY,
+            None if (point - self.middle()).as_vec3().is_finite() => f64::NEG_INFINITY,
             None => f64::NAN,
         }
     }

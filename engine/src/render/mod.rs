@@ -38,6 +38,12 @@ pub use crate::scene::MAX_SIDE_SAMPLES;
 /// The most pixels of a film.
 pub const MAX_PIXELS: u64 = 1 << 28;
 
+/// The largest depth of reflections and refractions.
+pub const MAX_DEPTH: u32 = 1000;
+
+/// The most threads: more than any machine has cores.
+pub const MAX_THREADS: usize = 4096;
+
 /// The code that traces and shades. All modes make the same bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
@@ -194,7 +200,8 @@ pub struct Progress {
 pub type OnProgress<'a> = &'a (dyn Fn(Progress) -> ControlFlow<()> + Sync);
 
 /// The error of rendering.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum RenderError {
     /// A setting is out of range; the text says which and what is expected.
     Limit(String),
@@ -204,7 +211,8 @@ pub enum RenderError {
     Cancelled,
     /// The threads could not be started.
     Threads(String),
-    /// The hierarchy was built from another scene.
+    /// The hierarchy was built from another scene, or from this one before it moved: see
+    /// [`Bvh::follow`](crate::accel::Bvh::follow).
     OtherScene,
 }
 
@@ -213,7 +221,10 @@ impl fmt::Display for RenderError {
         match self {
             Self::Limit(what) | Self::Memory(what) => write!(f, "{what}"),
             Self::Cancelled => write!(f, "cancelled"),
-            Self::OtherScene => write!(f, "the BVH was built from another scene"),
+            Self::OtherScene => write!(
+                f,
+                "the BVH was built from another scene, or before this one moved"
+            ),
             Self::Threads(why) => write!(f, "cannot start the render threads: {why}"),
         }
     }
@@ -284,9 +295,14 @@ impl Settings {
         if self.adaptive && self.pattern != Pattern::Sobol {
             return limit("adaptive sampling: expected the pattern sobol".into());
         }
-        if self.max_depth == 0 || self.threads == Some(0) {
-            return limit("the depth and the number of threads must be at least 1".into());
+        if !(1..=MAX_DEPTH).contains(&self.max_depth) {
+            return limit(format!("depth {}: expected 1 to {MAX_DEPTH}", self.max_depth));
         }
-        Ok(())
+        match self.threads {
+            Some(threads) if !(1..=MAX_THREADS).contains(&threads) => {
+                limit(format!("{threads} threads: expected 1 to {MAX_THREADS}"))
+            }
+            _ => Ok(()),
+        }
     }
 }

@@ -15,7 +15,7 @@ pub const SOFTWARE: &str = "octray";
 /// RGBA (4). `texts` are keywords and their texts.
 ///
 /// # Errors
-/// [`io::Error`] if `out` fails or a side is 0.
+/// [`io::Error`] if `out` fails, a side is 0, or `bytes` are not those of such pixels.
 pub fn write_png(
     out: impl Write,
     [width, height]: [u32; 2],
@@ -23,6 +23,15 @@ pub fn write_png(
     pixel_bytes: usize,
     texts: &[(&str, &str)],
 ) -> io::Result<()> {
+    let pixels = u64::from(width) * u64::from(height);
+    let expected = pixels.checked_mul(pixel_bytes as u64);
+    if !(1..=4).contains(&pixel_bytes) || expected != Some(bytes.len() as u64) {
+        let why = format!(
+            "{width}x{height} pixels of {pixel_bytes} bytes are not {} bytes",
+            bytes.len()
+        );
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, why));
+    }
     let write = || -> Result<(), EncodingError> {
         let mut encoder = Encoder::new(out, width, height);
         let (color, depth) = match pixel_bytes {

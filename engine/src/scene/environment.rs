@@ -111,9 +111,11 @@ impl EnvironmentPicture {
         Ok(picture)
     }
 
-    /// Multiplies it so that the mean of its light over all directions has this luminance. A black one stays black.
+    /// Multiplies it so that the mean of its light over all directions has this luminance; NaN and numbers below 0 count as 0.
+    /// A black one stays black.
     #[must_use]
     pub fn with_mean(mut self, mean: f32) -> Self {
+        let mean = mean.max(0.0).min(MAX_LIGHT);
         let (mut light, mut shares) = (0.0, 0.0);
         for (y, row) in self.texels.chunks_exact(self.width).enumerate() {
             let share = share_of_row(y, self.height);

@@ -146,6 +146,21 @@ impl SceneBuilder {
         motion: Motion,
         place: Option<SourcePos>,
     ) -> Result<(), SceneError> {
+        let first = self.instances.len();
+        let added = self.try_moving_instances(prototype, transforms, motion, place);
+        if added.is_err() {
+            self.instances.truncate(first);
+        }
+        added
+    }
+
+    fn try_moving_instances(
+        &mut self,
+        prototype: PrototypeId,
+        transforms: Vec<Transform>,
+        motion: Motion,
+        place: Option<SourcePos>,
+    ) -> Result<(), SceneError> {
         let pose = motion.at(START);
         let first = self.instances.len();
         for transform in &transforms {

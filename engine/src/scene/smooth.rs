@@ -23,6 +23,9 @@ impl TriangleMesh {
     ///
     /// # Errors
     /// [`SceneError::TooMany`] or [`SceneError::NoMemory`]; the mesh is unchanged then.
+    ///
+    /// # Panics
+    /// If arrays differ in length, or a vertex index is out of range.
     pub fn smooth_normals(&mut self, crease_degrees: f64) -> Result<(), SceneError> {
         if !self.normals.is_empty() || self.triangles.is_empty() {
             return Ok(());

@@ -26,13 +26,18 @@ impl SceneBuilder {
     /// Adds a prototype of the triangles and spheres that `add` adds. They appear in the scene only where instances place them.
     ///
     /// # Errors
-    /// That of `add`, or [`SceneError::TooMany`].
+    /// That of `add`, [`SceneError::Nested`] if `add` adds instances or prototypes, or [`SceneError::TooMany`]. What was added
+    /// until then stays in the scene.
     pub fn add_prototype(
         &mut self,
         add: impl FnOnce(&mut Self) -> Result<(), SceneError>,
     ) -> Result<PrototypeId, SceneError> {
         let start = self.start_prototype();
+        let [prototypes, instances] = [self.prototypes.len(), self.instances.len()];
         add(self)?;
+        if [self.prototypes.len(), self.instances.len()] != [prototypes, instances] {
+            return Err(SceneError::Nested);
+        }
         self.end_prototype(start)
     }
 
@@ -87,7 +92,11 @@ impl SceneBuilder {
             });
         }
         self.instances.push(instance);
-        self.check_limits([0; 3], self.vectors())
+        let checked = self.check_limits([0; 3], self.vectors());
+        if checked.is_err() {
+            self.instances.pop();
+        }
+        checked
     }
 
     fn counts(&self) -> [u32; 3] {
