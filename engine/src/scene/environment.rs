@@ -115,7 +115,7 @@ impl EnvironmentPicture {
     /// A black one stays black.
     #[must_use]
     pub fn with_mean(mut self, mean: f32) -> Self {
-        let mean = mean.max(0.0).min(MAX_LIGHT);
+        let mean = if mean > 0.0 { mean.min(MAX_LIGHT) } else { 0.0 };
         let (mut light, mut shares) = (0.0, 0.0);
         for (y, row) in self.texels.chunks_exact(self.width).enumerate() {
             let share = share_of_row(y, self.height);
