@@ -34,7 +34,7 @@ pub(super) enum MovedThing {
     },
     Camera {
         name: Option<String>,
-        view: View,
+        view: Box<View>,
         motion: CameraMotion,
         lens: MovingLens,
     },

@@ -74,7 +74,7 @@ impl Reader<'_> {
             lens.add(&arguments, &places);
             let what = MovedThing::Camera {
                 name,
-                view,
+                view: Box::new(view),
                 motion: CameraMotion::default(),
                 lens,
             };
