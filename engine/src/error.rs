@@ -10,6 +10,8 @@ pub use text::decoder_reason;
 pub use text::io_reason;
 #[doc(hidden)]
 pub use text::is_unprintable;
+#[doc(hidden)]
+pub use text::short_number;
 
 use std::{
     fmt,

@@ -15,10 +15,15 @@ use std::{ops::ControlFlow, path::Path};
 /// A wedge.
 const WEDGE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
 
+const NO_FACES: &str = "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\n\
+    property float z\nelement face 0\nproperty list uchar int vertex_indices\nend_header\n";
+
 fn load(text: &str) -> Result<Scene, LoadError> {
     load_from_bytes(text.as_bytes(), Path::new("a.scn"), &mut |path| {
         Ok(match path.to_str() {
             Some("places.txt") => b"0 0 0\n2 0 0\n0 3 0\n".to_vec(),
+            Some("none.txt") => b"# nothing\n".to_vec(),
+            Some("none.ply") => NO_FACES.into(),
             _ => WEDGE.into(),
         })
     })
@@ -243,4 +248,49 @@ fn a_time_at_which_something_cannot_be_placed_is_an_error_with_its_place() {
     scene.set_time(3.0).expect("a frame");
     let still = load("sphere 0 0 0 1").expect("a scene");
     assert_eq!((still.frame_count(), still.moves()), (1, false));
+}
+
+/// Frames are counted in the text of a scene before it is loaded, so the loaded scene has as many.
+#[test]
+fn keyframes_count_though_nothing_is_there_to_move() {
+    for (instance, note) in [
+        (
+            "instance a.obj placements none.txt",
+            Some("none.txt: no placements"),
+        ),
+        ("instance none.ply", None),
+    ] {
+        let text = format!("{instance}\n at 1\n at 19.5 translate 0 0 1\nmaterial 0\nsphere 0 0 0 1");
+        let mut scene = load(&text).expect(instance);
+        assert_eq!(
+            (scene.frame_count(), scene.keyframe_count()),
+            (20, 2),
+            "{instance}"
+        );
+        assert_eq!(
+            (scene.moves(), scene.moving_counts()),
+            (false, [0, 0]),
+            "{instance}"
+        );
+        scene.set_time(7.0).expect(instance);
+        let notes = &scene.sources().notes;
+        assert!(
+            note.is_none_or(|note| notes.iter().any(|known| known == note)),
+            "{notes:?}"
+        );
+    }
+}
+
+/// The keyframe that opens the lens need not be the first with a focus.
+#[test]
+fn a_lens_that_opens_has_a_focus_in_all_keyframes() {
+    let text = |more: &str| format!("camera eye 1 0 0 target 0 0 0\n at 1 focus 5\n at 9 focus 4{more}\n");
+    assert!(load(&text(" aperture 0.1")).is_ok());
+    let error = load(&text("")).expect_err("no aperture");
+    assert!(
+        error
+            .to_string()
+            .starts_with("a.scn:2:13: `focus` without `aperture`"),
+        "{error}"
+    );
 }

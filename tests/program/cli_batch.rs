@@ -340,3 +340,50 @@ fn references_that_cannot_be_compared_are_errors() {
     let run = folder.run(&["a.scn", "--size=9x9", "--compare=cut.png"]);
     run.failed(1, "cannot read the reference cut.png");
 }
+
+/// Poses whose pictures would have one name are named, and a pattern that keeps them apart.
+#[test]
+fn poses_of_one_name() {
+    let folder = Folder::new();
+    let poses = |names: &[&str]| {
+        let matrix = r#""transform_matrix":[[1,0,0,0],[0,0,-1,-4],[0,1,0,0],[0,0,0,1]]"#;
+        let frame = |name: &&str| format!(r#"{{"file_path":"{name}",{matrix}}}"#);
+        let frames: Vec<String> = names.iter().map(frame).collect();
+        folder.write(
+            "t.json",
+            &format!(r#"{{"camera_angle_x":0.8,"frames":[{}]}}"#, frames.join(",")),
+        );
+    };
+    let call = "a.scn --size 8x6 --poses t.json -o";
+    let fails = |pattern: &str, words: &str| {
+        let line = format!("{call} {pattern}");
+        folder.fails(&line.split(' ').collect::<Vec<_>>(), 2, words);
+    };
+    poses(&["a/x.png", "b/x.png"]);
+    fails(
+        "{pose}.png",
+        "poses 1 (a/x.png) and 2 (b/x.png) would both be written to x.png; use {pose}_#.png",
+    );
+    fails("r-{pose}.png", "use r-{pose}_#.png");
+    fails(
+        "x.png",
+        "several frames would be written to x.png; add a run of #",
+    );
+    folder.run_line("a.scn --size 8x6 -o a.png").succeeded();
+    fails(
+        "a-#.png --compare a.png --difference {pose}-d.png",
+        "use {pose}-d_#.png",
+    );
+    folder.run_line(&format!("{call} {{pose}}_#.png")).succeeded();
+    assert!(folder.path("x_2.png").exists());
+    let names: Vec<String> = (0..11)
+        .map(|i| ["a1", "b", "a"][i.min(1) + i / 10].to_owned())
+        .collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    poses(&names);
+    fails(
+        "{pose}#.png",
+        "poses 1 (a1) and 11 (a) would both be written to a11.png; use {pose}_#.png",
+    );
+    folder.run_line(&format!("{call} {{pose}}_#.png")).succeeded();
+}

@@ -81,3 +81,19 @@ fn shipped_sky() {
     ];
     folder.run(&arguments).succeeded();
 }
+
+#[test]
+fn info_shows_rotation_and_intensity() {
+    let folder = folder();
+    folder.write("sky.scn", "environment sky.png rotate -30.5 intensity 2\n");
+    let text = folder.run(&["info", "sky.scn"]);
+    let words = "picture of 4x4 pixels, rotate -30.5, intensity 2, lights the scene";
+    assert!(text.succeeded().text().contains(words));
+    let json = folder.run(&["info", "sky.scn", "--json", "-"]);
+    let json: serde_json::Value = serde_json::from_str(json.succeeded().text()).expect("JSON");
+    let background = &json["background"];
+    assert_eq!(
+        (&background["rotate"], &background["intensity"]),
+        (&(-30.5).into(), &2.0.into())
+    );
+}

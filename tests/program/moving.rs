@@ -180,7 +180,14 @@ fn frames_that_are_not_there_are_refused() {
         ("a.scn --frames 2-3 -o f#.png", "keyframes"),
         ("a.scn --fps 5 -o f.gif", "keyframes"),
         ("a.scn -o f.gif", "keyframes"),
-        ("a.scn m.scn --frames 2-3 -o {stem}#.png", "from 1 to 1"),
+        (
+            "a.scn m.scn --frames 2-3 -o {stem}#.png",
+            "--frames 2-3: the last frame of a.scn is 1, expected numbers from 1 to 1",
+        ),
+        (
+            "job a.scn m.scn --for slurm --into farm -o {stem}#b##.png",
+            "{stem}#b##.png: a.scn has one frame, and in a job the name of its picture has only one run of #",
+        ),
     ] {
         let arguments: Vec<&str> = line.split_whitespace().collect();
         folder.fails(&arguments, 2, words);
@@ -188,6 +195,13 @@ fn frames_that_are_not_there_are_refused() {
     folder.fails(&["no.scn", "--frames=2-3", "-o", "f#.png"], 1, "file not found");
     let stdin = folder.shell("\"$0\" - --frames 5-9 -o f#.png < m.scn");
     stdin.failed(2, "from 1 to 6");
+    for options in ["-o f.gif", "-o f#.png", "--fps 5 -o f.gif"] {
+        let stdin = folder.shell(&format!("\"$0\" - {options} < m.scn"));
+        stdin.failed(
+            2,
+            "the frames of standard input are not known before it is read: give --frames A-B",
+        );
+    }
     folder.write(
         "thin.scn",
         "camera eye 1 0 0 target 0 0 0\n at 1\n at 3 eye -1 0 0\nsphere 0 0 5 1\n",
@@ -201,4 +215,25 @@ fn frames_that_are_not_there_are_refused() {
     folder
         .run(&["thin.scn", "-s=9", "-o", "f#.png", "--frames=1"])
         .succeeded();
+}
+
+/// The text of a scene says how many frames there are, so the loaded scene has as many.
+#[test]
+fn instances_that_are_nowhere_have_frames() {
+    let folder = folder();
+    folder.write("none.txt", "# nothing yet\n");
+    folder.write(
+        "none.scn",
+        "light 3 -2 5 0.7\nmaterial 1\nsphere 0 0 0 1\ninstance m.obj placements none.txt\n at 1\n at 3 translate 0 0 1\n",
+    );
+    let warned = |arguments: &[&str]| {
+        let run = folder.run(arguments);
+        let expected = (Some(0), "warning: none.txt: no placements\n");
+        assert_eq!((run.code, run.stderr.as_str()), expected, "{run:?}");
+    };
+    warned(&["none.scn", SMALL, "-o", "n#.png"]);
+    assert!(read(&folder, "n1.png") == read(&folder, "n3.png") && !folder.path("n4.png").exists());
+    warned(&["none.scn", SMALL, "-o", "n.gif"]);
+    let info = folder.run(&["info", "none.scn"]);
+    assert!(info.text().contains("3 (2 keyframes move nothing)"), "{info:?}");
 }

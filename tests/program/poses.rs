@@ -391,7 +391,7 @@ fn pictures_have_the_size_of_the_file() {
     warned(
         &folder,
         "a.scn --poses two.json -o two#.png",
-        "pictures of 40x30, another shape than 512x512",
+        "pictures of 40x30 and 30x30, but all are rendered with 512x512: give --size",
     );
     assert_eq!(size("two1.png"), (512, 512));
     folder.write(

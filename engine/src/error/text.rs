@@ -129,6 +129,16 @@ pub fn decoder_reason(message: &str) -> String {
     message
 }
 
+/// A number without long rows of zeros: very large and very small ones have an exponent.
+#[must_use]
+pub fn short_number(value: f64) -> String {
+    if value == 0.0 || (1e-5..1e16).contains(&value.abs()) {
+        value.to_string()
+    } else {
+        format!("{value:e}")
+    }
+}
+
 /// A word of a file in backquotes, escaped, and cut if it is long.
 #[must_use]
 pub fn quote(word: &[u8]) -> String {

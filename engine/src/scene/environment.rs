@@ -43,6 +43,9 @@ pub struct EnvironmentPicture {
     columns: Vec<f32>,
     /// Rotation, as a fraction of a full turn.
     turn: f32,
+    /// Rotation and intensity as they were given.
+    degrees: f64,
+    intensity: f32,
     /// The directions of its axes in the scene; `None` for the scene's own.
     axes: Option<Box<[Vec3; 3]>>,
 }
@@ -105,6 +108,8 @@ impl EnvironmentPicture {
             rows,
             columns,
             turn: (degrees / 360.0).rem_euclid(1.0) as f32,
+            degrees,
+            intensity,
             axes: None,
         };
         picture.tabulate().map_err(no_memory)?;
@@ -124,6 +129,7 @@ impl EnvironmentPicture {
         }
         if light > 0.0 {
             let factor = f64::from(mean) * shares / light;
+            self.intensity *= factor as f32;
             for channel in self.texels.iter_mut().flatten() {
                 *channel = (f64::from(*channel) * factor).min(f64::from(MAX_LIGHT)) as f32;
             }
@@ -161,6 +167,18 @@ impl EnvironmentPicture {
     #[must_use]
     pub fn size(&self) -> [u32; 2] {
         [self.width as u32, self.height as u32]
+    }
+
+    /// Returns its rotation, degrees.
+    #[must_use]
+    pub fn degrees(&self) -> f64 {
+        self.degrees
+    }
+
+    /// Returns what its pixels were multiplied by.
+    #[must_use]
+    pub fn intensity(&self) -> f32 {
+        self.intensity
     }
 
     /// Returns the memory of a picture of this size, bytes.

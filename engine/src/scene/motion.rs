@@ -160,10 +160,6 @@ impl<T> Track<T> {
         };
         Some((&last.1, &end.1, share))
     }
-
-    fn end(&self) -> f64 {
-        self.0.last().map_or(0.0, |(time, _)| *time)
-    }
 }
 
 impl<T> Default for Track<T> {
@@ -245,11 +241,6 @@ impl Motion {
     pub fn check_time(&self, time: f64) -> Result<(), SceneError> {
         self.0.check(time)
     }
-
-    /// The time of the last keyframe.
-    pub(super) fn end(&self) -> f64 {
-        self.0.end()
-    }
 }
 
 /// Refuses steps that cannot follow others.
@@ -326,11 +317,6 @@ impl CameraMotion {
     #[doc(hidden)]
     pub fn check_time(&self, time: f64) -> Result<(), SceneError> {
         self.0.check(time)
-    }
-
-    /// The time of the last keyframe.
-    pub(super) fn end(&self) -> f64 {
-        self.0.end()
     }
 }
 

@@ -41,6 +41,8 @@ pub(super) struct Moving {
     instances: Vec<MovingInstances>,
     cameras: Vec<MovingCamera>,
     keyframes: usize,
+    /// The time of the last keyframe, though nothing may be there to move.
+    end: f64,
     time: f64,
     /// The box around what never moves, in world space.
     pub(super) still_bounds: Aabb,
@@ -54,6 +56,7 @@ impl Default for Moving {
             instances: Vec::new(),
             cameras: Vec::new(),
             keyframes: 0,
+            end: START,
             time: START,
             still_bounds: Aabb::EMPTY,
             meshes: SceneId::next(),
@@ -86,9 +89,10 @@ impl Moving {
         self.instances.iter().map(of_one).sum()
     }
 
-    /// Counts more keyframes.
-    fn count(&mut self, more: usize) -> Result<(), SceneError> {
-        self.keyframes += more;
+    /// Counts the keyframes at these times.
+    fn count(&mut self, times: impl ExactSizeIterator<Item = f64>) -> Result<(), SceneError> {
+        self.keyframes += times.len();
+        self.end = times.fold(self.end, f64::max);
         if self.keyframes > super::MAX_KEYFRAMES {
             return Err(SceneError::TooMany {
                 what: "keyframes",
@@ -173,6 +177,7 @@ impl SceneBuilder {
             motion,
             place,
         };
+        self.moving.count(moving.motion.times())?;
         if moving.ids.is_empty() {
             return Ok(());
         }
@@ -180,7 +185,6 @@ impl SceneBuilder {
         for time in moving.motion.times() {
             moving.at(time, &self.prototypes, 1)?;
         }
-        self.moving.count(moving.motion.times().len())?;
         self.moving.instances.push(moving);
         Ok(())
     }
@@ -212,7 +216,7 @@ impl SceneBuilder {
     ) -> Result<(), SceneError> {
         let camera = motion.at(START);
         let camera = camera.map_err(|error| at_time(START, place.as_ref(), &error.to_string()))?;
-        self.moving.count(motion.times().len())?;
+        self.moving.count(motion.times())?;
         self.moving.cameras.push(MovingCamera {
             id: self.cameras.len(),
             motion,
@@ -307,12 +311,12 @@ impl Scene {
         self.moving.time
     }
 
-    /// Returns the number of frames, 1, 2, 3 ...: up to the last keyframe, rounded up; 1 if nothing moves.
+    /// Returns the number of frames, 1, 2, 3 ...: up to the last keyframe, rounded up; 1 without keyframes.
+    ///
+    /// Keyframes count even if [nothing moves](Self::moves), because their instances have no placements or an empty mesh.
     #[must_use]
     pub fn frame_count(&self) -> u32 {
-        let instances = self.moving.instances.iter().map(|moving| moving.motion.end());
-        let cameras = self.moving.cameras.iter().map(|moving| moving.motion.end());
-        instances.chain(cameras).fold(START, f64::max).ceil() as u32
+        self.moving.end.ceil() as u32
     }
 
     /// Returns the number of keyframes.

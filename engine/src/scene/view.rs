@@ -1,6 +1,6 @@
 //! The parameters of a camera: position, projection and lens.
 
-use crate::classic;
+use crate::{classic, error::short_number};
 use glam::DVec3;
 use std::fmt;
 
@@ -46,32 +46,40 @@ impl fmt::Display for CameraError {
             ),
             Self::FieldOfView(degrees) => write!(
                 f,
-                "the field of view is {degrees} degrees, expected more than 0 and less than 180"
+                "the field of view is {} degrees, expected more than 0 and less than 180",
+                short_number(*degrees)
             ),
             Self::ViewHeight(height) => write!(
                 f,
-                "the height of the orthographic view is {height}, expected a number above 0"
+                "the height of the orthographic view is {}, expected a number above 0",
+                short_number(*height)
             ),
             Self::Aperture(diameter) => write!(
                 f,
-                "the aperture is {diameter}, expected a diameter of 0 or more, and at most a million times the distance in \
-                 focus"
+                "the aperture is {}, expected a diameter of 0 or more, and at most a million times the distance in \
+                 focus",
+                short_number(*diameter)
             ),
             Self::Focus(distance) => write!(
                 f,
-                "the distance in focus is {distance}, expected a number above 0"
+                "the distance in focus is {}, expected a number above 0",
+                short_number(*distance)
             ),
             Self::PrincipalOffset([right, down]) => write!(
                 f,
-                "the principal point is {right} picture heights right of and {down} below the centre, expected at most 100"
+                "the principal point is {} picture heights right of and {} below the centre, expected at most 100",
+                short_number(*right),
+                short_number(*down)
             ),
             Self::PixelAspect(aspect) => write!(
                 f,
-                "the pixels are {aspect} times as wide as high, expected a number from 0.001 to 1000"
+                "the pixels are {} times as wide as high, expected a number from 0.001 to 1000",
+                short_number(*aspect)
             ),
             Self::Distortion(coefficient) => write!(
                 f,
-                "the distortion has the coefficient {coefficient}, expected a number of at most 1e12"
+                "the distortion has the coefficient {}, expected a number of at most 1e12",
+                short_number(*coefficient)
             ),
             Self::DistortedProjection => {
                 write!(f, "a distortion needs a perspective camera without an aperture")

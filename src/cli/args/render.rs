@@ -5,7 +5,7 @@ use super::{
     config::ConfigArgs,
     limits::MemoryArgs,
     picture::{PictureArgs, SampleArgs, StyleArgs, usual_samples},
-    series::{CompareArgs, SeriesArgs},
+    series::{CompareArgs, FRAMES_OF_STANDARD_INPUT, SeriesArgs},
     trace::TraceArgs,
     values::{self, Size},
 };
@@ -178,11 +178,14 @@ impl RenderArgs {
         let is_typed = !self.is_default("output") && self.series.sheet.is_none();
         match self.output.as_deref().filter(|output| has_number(output)) {
             Some(output) if is_typed && !has_frames && !self.series.keep_going => {
-                Err(CliError::Usage(format!(
-                    "{}: # stands for the number of a frame, and there are no frames; leave it out, or ask for frames with \
-                 --turntable, --sphere, --poses, a scene with keyframes (`at`) or a glTF animation",
-                    clip_path(output)
-                )))
+                let why = if self.scenes.iter().any(|scene| is_standard_input(scene)) {
+                    format!("# stands for the number of a frame, and {FRAMES_OF_STANDARD_INPUT}")
+                } else {
+                    "# stands for the number of a frame, and there are no frames; leave it out, or ask for frames with \
+                     --turntable, --sphere, --poses, a scene with keyframes (`at`) or a glTF animation"
+                        .to_owned()
+                };
+                Err(CliError::Usage(format!("{}: {why}", clip_path(output))))
             }
             _ => Ok(()),
         }
@@ -208,7 +211,7 @@ impl RenderArgs {
         let looks = self.looks(size)?;
         let poses = pose_file
             .as_ref()
-            .map(|file| file.poses([size.width, size.height]));
+            .map(|file| file.poses([size.width, size.height], self.size.is_some()));
         let poses = poses.transpose()?;
         let turntable = self.series.turntable(poses.as_ref());
         self.check_z_step()?;

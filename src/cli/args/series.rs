@@ -3,7 +3,10 @@
 use super::{camera, values};
 use crate::cli::{
     CliError,
-    plan::{CompareOptions, FrameRange, Keyframes, Orbit, Playing, Poses, Turntable, has_number, keyframes},
+    plan::{
+        CompareOptions, FrameRange, Keyframes, Orbit, Playing, Poses, Turntable, has_number,
+        is_standard_input, keyframes,
+    },
     process,
     write::is_animation,
 };
@@ -12,6 +15,10 @@ use std::path::{Path, PathBuf};
 
 /// Frames per second of an animation.
 pub(super) const FPS: u32 = 25;
+
+/// What an animated scene from standard input needs.
+pub(super) const FRAMES_OF_STANDARD_INPUT: &str =
+    "the frames of standard input are not known before it is read: give --frames A-B";
 
 /// Which pictures are made.
 #[derive(Args, Debug)]
@@ -93,6 +100,10 @@ impl SeriesArgs {
             _ if is_named => "",
             _ => return Ok(Vec::new()),
         };
+        let is_animated = option == "--fps" || output.is_some_and(is_animation);
+        if self.frames.is_none() && is_animated && scenes.iter().any(|scene| is_standard_input(scene)) {
+            return Err(CliError::Usage(format!("-: {FRAMES_OF_STANDARD_INPUT}")));
+        }
         // Several threads read large files.
         process::start_threads()?;
         let found = keyframes(scenes, self.frames, playing, self.keep_going)?;

@@ -101,8 +101,15 @@ pub fn check_pattern(pattern: &Path, has_poses: bool) -> Result<(), String> {
     }
     if let Some(number) = printf_number(pattern) {
         let digits = number[1..number.len() - 1].parse().unwrap_or(4);
-        let run = "#".repeat(digits.clamp(1, 9));
-        let name = pattern.to_string_lossy().replace(number, &run);
+        let run = if has_number(pattern) {
+            String::new()
+        } else {
+            "#".repeat(digits.clamp(1, 9))
+        };
+        let file = pattern.file_name().unwrap_or_default().to_string_lossy();
+        let file = file.replacen(number, &run, 1);
+        let name = pattern.with_file_name(file);
+        let name = name.to_string_lossy();
         return Err(format!(
             "{number} stands for nothing: octray numbers frames with #, such as {}",
             clip(&name)
@@ -207,6 +214,24 @@ pub fn has_number(pattern: &Path) -> bool {
 pub fn of_frame(pattern: Option<&str>, number: u32) -> String {
     let pattern = pattern.unwrap_or(DEFAULT_OF_FRAMES);
     with_number(pattern, number).unwrap_or_else(|| pattern.to_owned())
+}
+
+/// A pattern like this one, with `{pose}`, that gives each frame a name of its own. `None` without `{pose}`.
+pub fn pattern_per_pose(pattern: &Path) -> Option<String> {
+    let pattern = pattern.to_str().filter(|pattern| pattern.contains(POSE))?;
+    let file = pattern.rfind(is_separator).map_or(0, |separator| separator + 1);
+    let (folder, file) = pattern.split_at(file);
+    let (stem, extension) = file.split_at(file.rfind('.').unwrap_or(file.len()));
+    let file = if !file.contains('#') {
+        format!("{stem}_#{extension}")
+    } else if file.contains("{pose}#") {
+        file.replace("{pose}#", "{pose}_#")
+    } else if file.contains("#{pose}") {
+        file.replace("#{pose}", "#_{pose}")
+    } else {
+        format!("{POSE}_#{extension}")
+    };
+    Some(folder.to_owned() + &file)
 }
 
 fn with_number(pattern: &str, number: u32) -> Option<String> {

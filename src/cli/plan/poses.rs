@@ -49,6 +49,8 @@ pub struct Poses {
 pub struct Pose {
     /// The name of its picture without folder and extension; its number if it has none.
     pub name: String,
+    /// The path of its picture as the file has it; empty if it has none.
+    pub picture: String,
     pub camera: Camera,
 }
 
@@ -112,11 +114,18 @@ impl PoseFile {
         is_shared.then_some(first)
     }
 
-    /// The cameras, for pictures of that size.
+    /// The first two sizes of pictures that differ.
+    fn different_sizes(&self) -> Option<[[u32; 2]; 2]> {
+        let mut sizes = self.frames.iter().filter_map(|frame| frame.lens.size());
+        let first = sizes.next()?;
+        sizes.find(|size| *size != first).map(|other| [first, other])
+    }
+
+    /// The cameras, for pictures of that size, which the user may have chosen.
     ///
     /// # Errors
     /// [`CliError::Load`] if one of them does not define a picture.
-    pub fn poses(&self, size: [u32; 2]) -> Result<Poses, CliError> {
+    pub fn poses(&self, size: [u32; 2], is_chosen: bool) -> Result<Poses, CliError> {
         let mut poses = Vec::new();
         for (i, frame) in self.frames.iter().enumerate() {
             let camera = frame.camera(f64::from(size[0]) / f64::from(size[1]));
@@ -136,16 +145,20 @@ impl PoseFile {
             } else {
                 name.into_owned()
             };
-            poses.push(Pose { name, camera });
+            poses.push(Pose {
+                name,
+                picture: frame.file_path.clone(),
+                camera,
+            });
         }
         Ok(Poses {
             poses,
-            notes: self.notes(size),
+            notes: self.notes(size, is_chosen),
         })
     }
 
     /// What pictures of that size do not show as the file has it.
-    fn notes(&self, [width, height]: [u32; 2]) -> Vec<String> {
+    fn notes(&self, [width, height]: [u32; 2], is_chosen: bool) -> Vec<String> {
         let path = clip_path(&self.path);
         let is_other_shape = |lens: &Lens| {
             let [w, h] = lens.size()?.map(f64::from);
@@ -177,7 +190,11 @@ impl PoseFile {
                 "{path}: left out: shear (a transform_matrix has axes that are not at right angles)"
             ));
         }
-        if let Some([w, h]) = other.and_then(Lens::size) {
+        if let Some([[w, h], [other_w, other_h]]) = self.different_sizes().filter(|_| !is_chosen) {
+            notes.push(format!(
+                "{path}: has pictures of {w}x{h} and {other_w}x{other_h}, but all are rendered with {width}x{height}: give --size"
+            ));
+        } else if let Some([w, h]) = other.and_then(Lens::size) {
             notes.push(format!(
                 "{path}: has pictures of {w}x{h}, another shape than {width}x{height}: the height of the view is kept, not its \
                  width"
@@ -265,6 +282,11 @@ impl Frame {
             ));
         }
         let column = |i: usize| DVec3::new(x[i], y[i], z[i]);
+        for (i, name) in ["first", "second", "third"].into_iter().enumerate() {
+            if column(i).try_normalize().is_none() {
+                return Err(format!("the {name} column of transform_matrix is 0"));
+            }
+        }
         let eye = column(3);
         let forward = -column(2).normalize_or_zero();
         Camera::new(&View {

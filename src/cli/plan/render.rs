@@ -12,6 +12,7 @@ use crate::{
         load::memory::{self, PixelBytes},
         write::{AovFiles, Comparison, Inputs, Output, sheet_size},
     },
+    error::clip_path,
     render::Transfer,
 };
 use std::{
@@ -135,14 +136,6 @@ impl Frame {
 /// The most pictures of a call: all of their places are checked before the first is rendered.
 pub(super) const MOST_PICTURES: u64 = 100_000;
 
-/// The frames of a series, or one that is not of any.
-fn turns(series: Option<Turntable>) -> Result<Vec<Option<Turn>>, CliError> {
-    Ok(match series {
-        None => vec![None],
-        Some(series) => series.turns()?.map(Some).collect(),
-    })
-}
-
 /// The pictures of a call before they have names.
 #[derive(Debug)]
 pub struct Pictures<'a> {
@@ -219,7 +212,7 @@ impl Pictures<'_> {
             compared: self.comparison.is_some(),
         };
         memory::beside_picture(memory, self.size(), least)?;
-        let mut places = Places::default();
+        let mut places = Places::new(self.poses);
         if !self.keep_going {
             let is_named = self.output.is_some() && self.is_typed;
             misplaced::check(scenes, is_named)?;
@@ -230,7 +223,7 @@ impl Pictures<'_> {
             let series = self.series(i);
             let mesh = self.playing(i, mesh);
             let frames = match &sheet {
-                Some(output) => self.frames_of_sheet(output, series)?,
+                Some(output) => self.frames_of_sheet(output, scene, series)?,
                 None => self.frames(scene, series, &mut places)?,
             };
             if !frames.is_empty() {
@@ -265,6 +258,18 @@ impl Pictures<'_> {
             job.scene_memory = memory::beside_picture(memory, self.size(), self.pixel_bytes(&job.frames))?;
         }
         Ok(Planned { jobs, sheet, skipped })
+    }
+
+    /// The frames of a scene to render.
+    fn turns(&self, scene: &Path, series: Option<Turntable>) -> Result<Vec<Option<Turn>>, CliError> {
+        let of = match self.keyframes.len() {
+            0 | 1 => String::new(),
+            _ => format!(" of {}", clip_path(scene)),
+        };
+        Ok(match series {
+            None => vec![None],
+            Some(series) => series.turns(&of)?.map(Some).collect(),
+        })
     }
 
     /// The frames of a scene, by its index.
@@ -324,12 +329,13 @@ impl Pictures<'_> {
     fn frames_of_sheet(
         &self,
         output: &Arc<Output>,
+        scene: &Path,
         series: Option<Turntable>,
     ) -> Result<Vec<Frame>, CliError> {
         if self.skip_existing && output.exists() {
             return Ok(Vec::new());
         }
-        let turns = turns(series)?;
+        let turns = self.turns(scene, series)?;
         let frame = |turn| Frame {
             output: Arc::clone(output),
             aovs: AovFiles::none(),
@@ -358,9 +364,9 @@ impl Pictures<'_> {
         &self,
         scene: &Path,
         series: Option<Turntable>,
-        places: &mut Places,
+        places: &mut Places<'_>,
     ) -> Result<Vec<Frame>, CliError> {
-        let turns = turns(series)?;
+        let turns = self.turns(scene, series)?;
         let mut frames: Vec<Frame> = Vec::new();
         for turn in turns {
             let animation = frames.first().filter(|frame| frame.output.is_animation());
@@ -382,7 +388,7 @@ impl Pictures<'_> {
         Ok(frames)
     }
 
-    fn frame(&self, scene: &Path, turn: Option<Turn>, places: &mut Places) -> Result<Frame, CliError> {
+    fn frame(&self, scene: &Path, turn: Option<Turn>, places: &mut Places<'_>) -> Result<Frame, CliError> {
         let path = names::picture(self.output, scene, turn, self.pose(turn));
         // A picture that exists is rendered again if its AOVs are missing: it must be octray's own.
         let may_be_skipped = self.skip_existing && !self.look.picture.aovs.is_empty();
@@ -394,10 +400,11 @@ impl Pictures<'_> {
         if output.is_animation() {
             self.check_animation(&output, scene)?;
         }
-        places.claim(&output, scene, turn.is_some() && !output.is_animation())?;
+        let own_turn = turn.filter(|_| !output.is_animation());
+        places.claim(&output, scene, own_turn, self.output)?;
         let aovs = AovFiles::prepare(&self.look.picture, &output, &path, self.size(), self.force)?;
         for file in aovs.files() {
-            places.claim(file, scene, turn.is_some())?;
+            places.claim(file, scene, turn, self.output)?;
         }
         let comparison = match &self.comparison {
             Some(options) => Some(self.comparison(options, &path, &output, scene, turn, places)?),
@@ -443,13 +450,13 @@ impl Pictures<'_> {
         output: &Output,
         scene: &Path,
         turn: Option<Turn>,
-        places: &mut Places,
+        places: &mut Places<'_>,
     ) -> Result<Comparison, CliError> {
         let beside = output.is_file().then_some(path);
         let difference = names::difference(options.difference, beside, scene, turn, self.pose(turn))
             .typed_if(options.is_typed);
         let difference = Output::prepare(&difference, self.size(), self.force)?;
-        places.claim(&difference, scene, turn.is_some())?;
+        places.claim(&difference, scene, turn, options.difference.or(self.output))?;
         let reference = names::picture(Some(options.reference), scene, turn, self.pose(turn)).path;
         Comparison::prepare(options, reference, difference, self.size())
     }

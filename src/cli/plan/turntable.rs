@@ -47,11 +47,11 @@ impl Turntable {
         })
     }
 
-    /// The frames to render.
+    /// The frames to render; `of` says in the error what has them, such as ` of a.scn`.
     ///
     /// # Errors
     /// [`CliError::Usage`] if `frames` goes beyond the last one.
-    pub fn turns(self) -> Result<impl Iterator<Item = Turn>, CliError> {
+    pub fn turns(self, of: &str) -> Result<impl Iterator<Item = Turn>, CliError> {
         let Self { count, frames } = self;
         let FrameRange { first, last } = frames.unwrap_or(FrameRange {
             first: 1,
@@ -59,7 +59,7 @@ impl Turntable {
         });
         if last > count {
             return Err(CliError::Usage(format!(
-                "--frames {first}-{last}: the last frame is {count}, expected numbers from 1 to {count}"
+                "--frames {first}-{last}: the last frame{of} is {count}, expected numbers from 1 to {count}"
             )));
         }
         Ok((first..=last).map(move |number| Turn { number, count }))

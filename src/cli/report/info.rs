@@ -12,7 +12,7 @@ use crate::{
     accel::BvhStats,
     error::{clip, in_bytes},
     format::mesh::MeshAnimation,
-    scene::{Environment, Image, MeshFaults, Scene},
+    scene::{Environment, EnvironmentPicture, Image, MeshFaults, Scene},
 };
 use serde::Serialize;
 use std::{fmt::Write, time::Duration};
@@ -74,6 +74,9 @@ struct BackgroundInfo {
     is_environment: bool,
     /// Width and height of an environment map.
     picture: Option<[u32; 2]>,
+    /// Its rotation, degrees.
+    rotate: Option<f64>,
+    intensity: Option<f32>,
 }
 
 #[derive(Debug, Serialize)]
@@ -267,7 +270,11 @@ impl Info {
             "{} ({} keyframes move {})",
             count(self.frames as usize),
             count(self.keyframes),
-            moving.join(" and ")
+            if moving.is_empty() {
+                "nothing".to_owned()
+            } else {
+                moving.join(" and ")
+            }
         )
     }
 
@@ -331,7 +338,7 @@ pub(super) fn count(number: usize) -> String {
 impl BackgroundInfo {
     fn of(scene: &Scene) -> Self {
         let picture = match scene.environment() {
-            Some(Environment::Picture(picture)) => Some(picture.size()),
+            Some(Environment::Picture(picture)) => Some(picture),
             _ => None,
         };
         let shown = |color| picture.is_none().then_some(color);
@@ -339,7 +346,9 @@ impl BackgroundInfo {
             bottom: shown(scene.background().bottom),
             top: shown(scene.background().top),
             is_environment: scene.environment().is_some(),
-            picture,
+            picture: picture.map(EnvironmentPicture::size),
+            rotate: picture.map(EnvironmentPicture::degrees),
+            intensity: picture.map(EnvironmentPicture::intensity),
         }
     }
 
@@ -351,6 +360,12 @@ impl BackgroundInfo {
             }
             (None, _, top) => top.map(list).unwrap_or_default(),
         };
+        if let Some(degrees) = self.rotate.filter(|degrees| *degrees != 0.0) {
+            text += &format!(", rotate {degrees}");
+        }
+        if let Some(intensity) = self.intensity.filter(|intensity| *intensity != 1.0) {
+            text += &format!(", intensity {intensity}");
+        }
         if self.is_environment {
             text += ", lights the scene";
         }

@@ -40,6 +40,15 @@ pub(super) struct Arguments<'l, 'a> {
     seen: Vec<&'static str>,
 }
 
+/// What errors say about a number that is not 0 as it is written.
+pub(super) const IN_SINGLE_PRECISION: &str = ", which is 0 in single precision";
+
+/// Whether a word is another number than 0. As `f32` it may be 0.
+pub(super) fn is_not_0(word: Word<'_>) -> bool {
+    let number = word.as_str().and_then(|text| text.parse::<f64>().ok());
+    number.is_some_and(|number| number != 0.0)
+}
+
 impl<'l, 'a> Arguments<'l, 'a> {
     pub(super) fn new(
         line: &'l Line<'l>,
@@ -319,6 +328,18 @@ impl<'l, 'a> Arguments<'l, 'a> {
             SceneError::TooMany { .. } => self.keyword,
             _ => last,
         };
-        self.line.error_at(&word, error.to_string())
+        let message = match error {
+            SceneError::NotPositive { what, value: 0.0 } if words.iter().any(|(name, _)| name == what) => {
+                let is_negative = word.text.starts_with(b"-");
+                let rounded = if is_not_0(word) && !is_negative {
+                    IN_SINGLE_PRECISION
+                } else {
+                    ""
+                };
+                format!("{what} is {}{rounded}, expected a number above 0", word.number())
+            }
+            error => error.to_string(),
+        };
+        self.line.error_at(&word, message)
     }
 }

@@ -1,6 +1,13 @@
 //! Keyframes: `at T ...` below an `instance` or a `camera`.
 
-use super::{Reader, arguments::Arguments, camera, line::Line, mesh, words::Word};
+use super::{
+    Reader,
+    arguments::Arguments,
+    camera::{self, MovingLens},
+    line::Line,
+    mesh,
+    words::Word,
+};
 use crate::{
     error::{LoadError, SceneError, SourcePos},
     scene::{CameraMotion, MAX_KEYFRAMES, Motion, PrototypeId, Transform, View},
@@ -27,8 +34,9 @@ pub(super) enum MovedThing {
     },
     Camera {
         name: Option<String>,
-        view: View,
+        view: Box<View>,
         motion: CameraMotion,
+        lens: MovingLens,
     },
 }
 
@@ -82,9 +90,9 @@ impl Reader<'_> {
         let behind = arguments.peek().unwrap_or(time);
         let added = match &mut moved.what {
             MovedThing::Instances { motion, .. } => motion.add(number, mesh::read_steps(&mut arguments)?),
-            MovedThing::Camera { view, motion, .. } => {
-                motion.add(number, camera::keyframe(&mut arguments, view)?)
-            }
+            MovedThing::Camera {
+                view, motion, lens, ..
+            } => motion.add(number, camera::keyframe(&mut arguments, view, lens)?),
         };
         added.map_err(|error| line.error_at(&behind, error.to_string()))?;
         moved.lonely = (count == 0).then(|| {
@@ -119,7 +127,12 @@ impl Reader<'_> {
             } => self
                 .builder
                 .add_moving_instances(prototype, transforms, motion, place),
-            MovedThing::Camera { name, motion, .. } => self.builder.add_moving_camera_of(name, motion, place),
+            MovedThing::Camera {
+                name, motion, lens, ..
+            } => {
+                lens.check()?;
+                self.builder.add_moving_camera_of(name, motion, place)
+            }
         };
         added.map_err(|error| {
             let message = match error {

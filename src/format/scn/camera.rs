@@ -70,10 +70,13 @@ impl Reader<'_> {
         }
         self.said.cameras.insert(name.clone(), at);
         if at::follows(arguments.line.rest) {
+            let mut lens = MovingLens::default();
+            lens.add(&arguments, &places);
             let what = MovedThing::Camera {
                 name,
-                view,
+                view: Box::new(view),
                 motion: CameraMotion::default(),
+                lens,
             };
             self.moved = Some(Moved::new(what, arguments.line, &arguments.keyword));
         } else {
@@ -83,11 +86,44 @@ impl Reader<'_> {
     }
 }
 
+/// The lens of a moving camera, whose line and keyframes may say its parts.
+#[derive(Default)]
+pub(super) struct MovingLens {
+    has_aperture: bool,
+    /// The error about the first `focus` of a keyframe if there is no `aperture`.
+    lonely_focus: Option<LoadError>,
+}
+
+impl MovingLens {
+    fn add(&mut self, arguments: &Arguments<'_, '_>, places: &Places<'_>) {
+        self.has_aperture |= places.aperture.is_some();
+        if let (Some(focus), None) = (places.focus, &self.lonely_focus) {
+            self.lonely_focus = Some(lonely_focus(arguments, &focus));
+        }
+    }
+
+    /// Refuses a `focus` without an `aperture`.
+    pub(super) fn check(self) -> Result<(), LoadError> {
+        let lonely = self.lonely_focus.filter(|_| !self.has_aperture);
+        lonely.map_or(Ok(()), Err)
+    }
+}
+
+fn lonely_focus(arguments: &Arguments<'_, '_>, focus: &Word<'_>) -> LoadError {
+    let message = "`focus` without `aperture`, the diameter of the lens";
+    arguments.line.error_at(focus, message)
+}
+
 /// The view of a keyframe: that of the camera's line, with the given keys replaced.
-pub(super) fn keyframe(arguments: &mut Arguments<'_, '_>, own: &View) -> Result<View, LoadError> {
+pub(super) fn keyframe(
+    arguments: &mut Arguments<'_, '_>,
+    own: &View,
+    lens: &mut MovingLens,
+) -> Result<View, LoadError> {
     let end = arguments.keyword.end();
     let (view, places) = view(arguments, end, Some(own))?;
     checked(arguments, &view, &places)?;
+    lens.add(arguments, &places);
     Ok(view)
 }
 
@@ -147,8 +183,7 @@ fn view<'a>(
     let eye = eye.ok_or_else(|| arguments.missing("eye", end))?;
     let target: DVec3 = target.ok_or_else(|| arguments.missing("target", end))?;
     if let (Some(focus), None, None) = (places.focus, places.aperture, own) {
-        let message = "`focus` without `aperture`, the diameter of the lens";
-        return Err(arguments.line.error_at(&focus, message));
+        return Err(lonely_focus(arguments, &focus));
     }
     let view = View {
         eye,

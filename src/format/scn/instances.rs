@@ -10,7 +10,7 @@ use super::{
     words::Word,
 };
 use crate::{
-    error::LoadError,
+    error::{LoadError, clip_path},
     format::files::load_error,
     scene::{MAX_INSTANCES, MaterialId, Motion, PrototypeId, Transform},
 };
@@ -97,7 +97,10 @@ impl Reader<'_> {
         });
         drop(bytes);
         budget.give_back_to(taken);
-        read
+        if read? == 0 {
+            self.add_mesh_note(format!("{}: no placements", clip_path(path)));
+        }
+        Ok(())
     }
 
     /// Waits for the keyframes of instances.

@@ -162,6 +162,17 @@ impl Reader<'_> {
                     .error_at(&arguments.keyword, message)
                     .caused_by(cause);
             }
+            if path
+                .extension()
+                .is_some_and(|extension| extension.eq_ignore_ascii_case("scn"))
+            {
+                let keyword = quote(arguments.keyword.text);
+                let message = format!("{keyword} reads meshes, expected `include` for scenes");
+                return arguments
+                    .line
+                    .error_at(&arguments.keyword, message)
+                    .caused_by(cause);
+            }
             cannot_load(arguments.line, word, path).caused_by(cause)
         })
     }
@@ -195,7 +206,7 @@ impl Reader<'_> {
     }
 
     /// Adds a note about a mesh, unless there are too many.
-    fn add_mesh_note(&mut self, note: String) {
+    pub(super) fn add_mesh_note(&mut self, note: String) {
         if self.mesh_notes < MAX_NOTES {
             self.mesh_notes += 1;
             self.builder.add_note(note);

@@ -2,7 +2,11 @@
 //!
 //! The header of an array is one line of Python in a fixed form; crates that read it include a Python parser.
 
-use crate::{error::LoadError, scene::MAX_COORDINATE};
+use crate::{
+    error::{LoadError, quote},
+    format::place::{LFS_POINTER, LONE_RETURNS, after_mark, has_lone_returns, is_lfs_pointer, is_utf16},
+    scene::MAX_COORDINATE,
+};
 use std::path::Path;
 
 /// A 3x4 matrix by rows.
@@ -17,16 +21,24 @@ const EXPECTED: &str =
 /// The first bytes of a numpy array (NEP 1, *A Simple File Format for NumPy Arrays*).
 const NUMPY: &[u8] = b"\x93NUMPY";
 
-/// Passes all placements of a file to `take`, whose error is a sentence.
+/// The error about a file that is neither text nor an array.
+const BINARY: &str = "this is binary data, expected text or a numpy array (.npy, written by numpy.save)";
+
+/// Passes all placements of a file to `take`, whose error is a sentence. Returns their number.
 pub(super) fn read(
     bytes: &[u8],
     path: &Path,
     mut take: impl FnMut(Rows) -> Result<(), String>,
-) -> Result<(), LoadError> {
+) -> Result<usize, LoadError> {
+    let whole = |message: &str| LoadError::whole_file(path, message);
     if bytes.starts_with(NUMPY) {
-        return array(bytes, &mut take).map_err(|message| LoadError::whole_file(path, message));
+        return array(bytes, &mut take).map_err(|message| whole(&message));
     }
-    let mut start = 0;
+    if let Some(what) = other_content(bytes, path) {
+        return Err(whole(what));
+    }
+    let bytes = bytes.get(after_mark(bytes)..).unwrap_or_default();
+    let (mut start, mut placements) = (0, 0);
     for line in bytes.split_inclusive(|&byte| byte == b'\n') {
         let own = start..start + line.trim_ascii_end().len();
         start += line.len();
@@ -39,9 +51,11 @@ pub(super) fn read(
         for word in words.take_while(|word| !is_comment(word)) {
             let text = String::from_utf8_lossy(word);
             let number = text.parse::<f64>().map_err(|_| {
+                if str::from_utf8(word).map_or(true, |word| word.contains(char::is_control)) {
+                    return whole(BINARY);
+                }
                 let at = own.start + (word.as_ptr() as usize - line.as_ptr() as usize);
-                let message = format!("found {}, expected a number", crate::error::quote(word));
-                LoadError::in_text(path, bytes, at..at + word.len(), message)
+                LoadError::in_text(path, bytes, at..at + word.len(), no_number(word, &text))
             })?;
             if let Some(to) = numbers.get_mut(count) {
                 *to = number;
@@ -51,9 +65,51 @@ pub(super) fn read(
         if count > 0 {
             let rows = rows(numbers.get(..count).unwrap_or_default(), count).map_err(refused)?;
             take(rows).map_err(refused)?;
+            placements += 1;
         }
     }
-    Ok(())
+    Ok(placements)
+}
+
+/// What a file is that has no text of placements, as a sentence.
+fn other_content(bytes: &[u8], path: &Path) -> Option<&'static str> {
+    let is_npy = path
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("npy"));
+    // A text without placements is an empty list; numpy writes no empty file.
+    if bytes.is_empty() && is_npy {
+        Some("the file is empty, expected a numpy array")
+    } else if bytes.starts_with(b"PK\x03\x04") {
+        Some(
+            "this is a ZIP archive, such as numpy's .npz, expected text or one array (.npy, written by numpy.save)",
+        )
+    } else if is_utf16(bytes) {
+        Some("this is UTF-16, expected placements in UTF-8 or ASCII")
+    } else if is_lfs_pointer(bytes) {
+        Some(LFS_POINTER)
+    } else if bytes.contains(&0) {
+        Some(BINARY)
+    } else if has_lone_returns(bytes) {
+        Some(LONE_RETURNS)
+    } else {
+        None
+    }
+}
+
+/// The error about a word that is no number.
+fn no_number(word: &[u8], text: &str) -> String {
+    let is_list = |text: &str| {
+        text.contains(',')
+            && text
+                .split(',')
+                .all(|part| part.is_empty() || part.parse::<f64>().is_ok())
+    };
+    let hint = if is_list(text) {
+        ", with spaces instead of commas"
+    } else {
+        ""
+    };
+    format!("found {}, expected a number{hint}", quote(word))
 }
 
 /// The matrix of a placement. The error is a sentence.
@@ -79,8 +135,8 @@ fn rows(numbers: &[f64], count: usize) -> Result<Rows, String> {
     Ok(rows)
 }
 
-/// The placements of a numpy array of `f4` or `f8`, little-endian, row after row.
-fn array(bytes: &[u8], take: &mut impl FnMut(Rows) -> Result<(), String>) -> Result<(), String> {
+/// The placements of a numpy array of `f4` or `f8`, little-endian, row after row. Returns their number.
+fn array(bytes: &[u8], take: &mut impl FnMut(Rows) -> Result<(), String>) -> Result<usize, String> {
     let cut = || "the array ends within its header".to_string();
     let field = |range: std::ops::Range<usize>| bytes.get(range).ok_or_else(cut);
     let major = field(6..7)?[0];
@@ -132,7 +188,7 @@ fn array(bytes: &[u8], take: &mut impl FnMut(Rows) -> Result<(), String>) -> Res
             each * size
         ));
     }
-    for placement in data.chunks_exact(each * size) {
+    for (i, placement) in data.chunks_exact(each * size).enumerate() {
         let mut numbers = [0.0; 16];
         for (number, bytes) in numbers.iter_mut().zip(placement.chunks_exact(size)) {
             *number = match *bytes {
@@ -141,9 +197,10 @@ fn array(bytes: &[u8], take: &mut impl FnMut(Rows) -> Result<(), String>) -> Res
                 _ => 0.0,
             };
         }
-        take(rows(&numbers[..each], each)?)?;
+        let taken = rows(&numbers[..each], each).and_then(&mut *take);
+        taken.map_err(|message| format!("array[{i}]: {message}"))?;
     }
-    Ok(())
+    Ok(count)
 }
 
 /// The value of a key of the header, without spaces.

@@ -1,8 +1,13 @@
 //! The meaning of each statement. `docs/scene-language.md` is the reference.
 
-use super::{Reader, Said, arguments::Arguments, nearest::nearest, words::Word};
+use super::{
+    Reader, Said,
+    arguments::{Arguments, IN_SINGLE_PRECISION, is_not_0},
+    nearest::nearest,
+    words::Word,
+};
 use crate::{
-    error::{LoadError, SourcePos, quote},
+    error::{LoadError, SceneError, SourcePos, quote},
     scene::{Background, Checker, MAX_ALPHA, Material, MaterialId, Opacity, SurfaceTextures},
 };
 use glam::Vec3;
@@ -120,7 +125,15 @@ impl Reader<'_> {
         let material = self.shape_material();
         self.builder
             .add_plane(Vec3::from_array(point), Vec3::from_array(normal), material)
-            .map_err(|error| arguments.refused(&error, &named))
+            .map_err(|error| match error {
+                SceneError::NotPositive { what, value: 0.0 } if across.into_iter().any(is_not_0) => {
+                    let normal = across.map(|word| word.number()).join(" ");
+                    let message =
+                        format!("{what} is that of {normal}{IN_SINGLE_PRECISION}, expected a number above 0");
+                    arguments.line.error_at(&across[2], message)
+                }
+                error => arguments.refused(&error, &named),
+            })
     }
 
     /// The material of the next shape that has none of its own.

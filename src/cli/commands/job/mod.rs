@@ -11,11 +11,11 @@ mod engines;
 use crate::{
     cli::{
         CliError,
-        plan::{Frame, Job, JobPlan, aov_path, of_frame, stem},
+        plan::{Frame, Job, JobPlan, aov_path, has_number, of_frame, stem},
         report,
         write::AovKind,
     },
-    error::clip_path,
+    error::{clip, clip_path},
     whole_file,
 };
 use std::{
@@ -206,7 +206,16 @@ fn frame_commands(plan: &JobPlan, job: &Job) -> Result<Vec<String>, CliError> {
     words.extend(job.frames.iter().find_map(|frame| force(plan, frame)));
     let output = |output: &str| format!("--output={output}");
     if let ([number], true) = (&numbers[..], is_still(plan, job)) {
-        words.push(output(&of_frame(plan.output.as_deref(), *number)));
+        let name = of_frame(plan.output.as_deref(), *number);
+        // In the task it would stand for a number, too.
+        if has_number(Path::new(&name)) {
+            return Err(CliError::Usage(format!(
+                "{}: {} has one frame, and in a job the name of its picture has only one run of #; leave out the others",
+                clip(plan.output.as_deref().unwrap_or_default()),
+                clip_path(&job.input.path)
+            )));
+        }
+        words.push(output(&name));
         return Ok(vec![render(&words, job)?]);
     }
     words.extend(plan.output.as_deref().map(output));

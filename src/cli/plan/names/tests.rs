@@ -76,6 +76,39 @@ fn unknown_placeholders() {
     }
 }
 
+/// Only the file's name has a number.
+#[test]
+fn numbers_of_other_programs() {
+    for (pattern, better) in [
+        ("x%d/a%d.png", "x%d/a####.png"),
+        ("a%03d.png", "a###.png"),
+        ("a%d-##.png", "a-##.png"),
+    ] {
+        let why = check_pattern(Path::new(pattern), true).expect_err(pattern);
+        assert!(why.ends_with(&format!("such as {better}")), "{why}");
+    }
+    assert_eq!(check_pattern(Path::new("x%d/a.png"), true), Ok(()));
+}
+
+#[test]
+fn patterns_that_keep_poses_apart() {
+    for (pattern, better) in [
+        ("{pose}.png", Some("{pose}_#.png")),
+        ("b.c/{pose}", Some("b.c/{pose}_#")),
+        ("{pose}/a.png", Some("{pose}/a_#.png")),
+        ("r{pose}##.png", Some("r{pose}_##.png")),
+        ("##{pose}.png", Some("##_{pose}.png")),
+        ("{pose}1#.png", Some("{pose}_#.png")),
+        ("a-#.png", None),
+    ] {
+        assert_eq!(
+            pattern_per_pose(Path::new(pattern)).as_deref(),
+            better,
+            "{pattern}"
+        );
+    }
+}
+
 #[test]
 fn a_scene_without_a_folder_is_in_the_current_one() {
     let current = std::env::current_dir().unwrap();

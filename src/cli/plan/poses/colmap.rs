@@ -5,7 +5,7 @@
 
 use super::{Frame, Lens, MAX_POSES, lens::Model};
 use crate::{
-    error::{LoadError, SourcePos, clip_path, io_reason},
+    error::{LoadError, SourcePos, clip, clip_path, io_reason},
     format::open_file,
 };
 use glam::{DMat3, DQuat, DVec3};
@@ -17,8 +17,11 @@ use std::{
     sync::Arc,
 };
 
-/// The longest line or name, bytes. The points of an image are in a line that may be longer: it is skipped.
+/// The longest line or name, bytes. The points of an image are in a line that may be longer: only its beginning is read.
 const MOST_BYTES: u64 = 1 << 16;
+
+/// How much of a line of points is read, bytes.
+const BEGINNING: u64 = 1 << 10;
 
 /// The most cameras.
 const MAX_CAMERAS: u64 = 1 << 20;
@@ -226,13 +229,27 @@ impl Lines {
         }
     }
 
-    /// Skips a line of any length.
-    fn skip(&mut self) -> Result<(), LoadError> {
+    /// Moves behind the next line, of any length, and keeps the words of its beginning. Says whether these are all.
+    fn skip(&mut self) -> Result<bool, LoadError> {
+        self.line.clear();
         self.number = self.number.saturating_add(1);
-        let skipped = self.reader.skip_until(b'\n');
-        skipped
-            .map(drop)
-            .map_err(|error| self.fault(0, error.to_string()))
+        let mut beginning = self.reader.by_ref().take(BEGINNING);
+        let read = beginning.read_until(b'\n', &mut self.line);
+        let is_cut = self.line.len() as u64 == BEGINNING && !self.line.ends_with(b"\n");
+        let skipped = read.and_then(|_| {
+            if is_cut {
+                self.reader.skip_until(b'\n')
+            } else {
+                Ok(0)
+            }
+        });
+        skipped.map_err(|error| self.fault(0, error.to_string()))?;
+        if is_cut {
+            // The last word may be a part of one.
+            let end = self.line.iter().rposition(u8::is_ascii_whitespace);
+            self.line.truncate(end.unwrap_or(0));
+        }
+        Ok(!is_cut)
     }
 
     /// The words of the current line, each with its place. The last of `most` holds all that is left.
@@ -268,7 +285,7 @@ impl Lines {
 }
 
 mod text {
-    use super::{HashMap, Image, Lens, Lines, LoadError, MAX_CAMERAS, MAX_POSES, MODELS};
+    use super::{HashMap, Image, Lens, Lines, LoadError, MAX_CAMERAS, MAX_POSES, MODELS, clip};
 
     /// `CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]`
     pub(super) fn cameras(lines: &mut Lines) -> Result<HashMap<u32, Lens>, LoadError> {
@@ -326,9 +343,26 @@ mod text {
             if images.len() > MAX_POSES {
                 return Err(lines.fault(0, format!("more than {MAX_POSES} images")));
             }
-            lines.skip()?;
+            let is_whole = lines.skip()?;
+            if !is_points(&lines.words(usize::MAX), is_whole) {
+                let name = images.last().map_or("", |image| &image.name);
+                let why = format!(
+                    "expected the line of points of {}, which may be empty",
+                    clip(name)
+                );
+                return Err(lines.fault(0, why));
+            }
         }
         Ok(images)
+    }
+
+    /// Whether the words of a line, or those of its beginning, are points: `X Y POINT3D_ID` each.
+    fn is_points(words: &[(usize, &str)], is_whole: bool) -> bool {
+        let is_part = |(i, (_, word)): (usize, &(usize, &str))| {
+            let number = word.parse::<f64>().ok();
+            number.is_some_and(|number| i % 3 < 2 || number.fract() == 0.0)
+        };
+        words.iter().enumerate().all(is_part) && (!is_whole || words.len().is_multiple_of(3))
     }
 
     const EXPECTED: &str = "expected an image: number, rotation (w x y z), translation, camera, name";

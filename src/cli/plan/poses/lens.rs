@@ -1,6 +1,9 @@
 //! The intrinsics of a file's cameras, and what they say about the picture.
 
-use crate::scene::{Distortion, ImagePlane};
+use crate::{
+    error::short_number,
+    scene::{Distortion, ImagePlane},
+};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -223,8 +226,32 @@ impl Lens {
         Some([whole(self.w?)?, whole(self.h?)?])
     }
 
-    /// What is wrong with the size of the picture or the focal lengths, if they are there.
+    /// What is wrong with the size of the picture, the focal lengths or the angles, if they are there and count.
     pub fn fault(&self) -> Option<String> {
+        self.wrong_length().or_else(|| self.wrong_angle())
+    }
+
+    fn wrong_angle(&self) -> Option<String> {
+        let angles = [
+            (
+                "camera_angle_x",
+                self.camera_angle_x.filter(|_| self.fl_x.is_none()),
+            ),
+            (
+                "camera_angle_y",
+                self.camera_angle_y.filter(|_| self.fl_y.is_none()),
+            ),
+        ];
+        let is_wrong = |angle: &f64| *angle <= 0.0 || *angle >= std::f64::consts::PI;
+        let mut wrong = angles
+            .into_iter()
+            .filter_map(|(key, angle)| Some((key, angle.filter(is_wrong)?)));
+        let (key, angle) = wrong.next()?;
+        let angle = short_number(angle);
+        Some(format!("`{key}` is {angle}, expected radians, between 0 and pi"))
+    }
+
+    fn wrong_length(&self) -> Option<String> {
         const SIDE: &str = "pixels of its picture";
         const FOCAL: &str = "a focal length in pixels";
         let lengths = [
@@ -236,7 +263,10 @@ impl Lens {
         let wrong = lengths
             .into_iter()
             .find_map(|(key, length, what)| Some((key, length.filter(|&length| length <= 0.0)?, what)));
-        wrong.map(|(key, length, what)| format!("`{key}` is {length}, expected {what}, more than 0"))
+        wrong.map(|(key, length, what)| {
+            let length = short_number(length);
+            format!("`{key}` is {length}, expected {what}, more than 0")
+        })
     }
 
     /// How the lens projects.

@@ -5,7 +5,7 @@ fn found(text: &str, size: [u32; 2]) -> Result<Poses, String> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("t.json");
     std::fs::write(&path, text).expect("a file");
-    let poses = PoseFile::read(&path).and_then(|file| file.poses(size));
+    let poses = PoseFile::read(&path).and_then(|file| file.poses(size, false));
     poses.map_err(|error| error.text().unwrap_or_default())
 }
 
@@ -80,7 +80,15 @@ fn broken_files_are_refused() {
         (frame("[[1,0,0,0]]"), "frames[0]: transform_matrix has 1 rows"),
         (
             frame("[[0,0,0,0],[0,0,0,0],[0,0,0,0]]"),
-            "frames[0]: eye and target",
+            "frames[0]: the first column of transform_matrix is 0",
+        ),
+        (
+            frame("[[1,0,0,0],[0,1,0,0],[0,0,0,0]]"),
+            "frames[0]: the third column of transform_matrix is 0",
+        ),
+        (
+            frame("[[0,0,0,0],[0,1,0,0],[0,0,1,0]]"),
+            "frames[0]: the first column of transform_matrix is 0",
         ),
         (
             frame("[[1,0,0,1e999],[0,1,0,0],[0,0,1,0]]"),
@@ -92,7 +100,7 @@ fn broken_files_are_refused() {
         ),
         (
             frame("[[1,0,0,0],[0,1,0,0],[0,0,1,0]]").replace("x\":1,", "x\":9,"),
-            "field of view",
+            "frames[0]: `camera_angle_x` is 9, expected radians, between 0 and pi",
         ),
         (
             frame("[[1,0,0,0],[0,1,0,0],[0,0,1,0],[3,2,1,1]]"),
@@ -114,6 +122,39 @@ fn broken_files_are_refused() {
         let error = found(&text, [8, 8]).expect_err(&text);
         assert!(error.contains(expected), "{text}: {error}");
     }
+}
+
+#[test]
+fn faults_of_lenses_are_told() {
+    let matrix = "[[1,0,0,0],[0,1,0,0],[0,0,1,0]]";
+    for (lens, expected) in [
+        (
+            r#""camera_angle_x":50"#,
+            "`camera_angle_x` is 50, expected radians, between 0 and pi",
+        ),
+        (
+            r#""camera_angle_x":3.15"#,
+            "`camera_angle_x` is 3.15, expected radians",
+        ),
+        (r#""camera_angle_x":0"#, "`camera_angle_x` is 0, expected radians"),
+        (
+            r#""camera_angle_x":1,"camera_angle_y":40"#,
+            "`camera_angle_y` is 40,",
+        ),
+        (r#""w":9"#, "no field of view: expected"),
+        (
+            r#""camera_angle_x":1,"w":200,"h":100,"cx":1e300"#,
+            "the principal point is 1.0000000000000001e298 picture heights right",
+        ),
+        (r#""camera_angle_x":1,"h":-1e300"#, "`h` is -1e300, expected"),
+    ] {
+        let text = format!(r#"{{{lens},"frames":[{{"transform_matrix":{matrix}}}]}}"#);
+        let error = found(&text, [8, 8]).expect_err(lens);
+        assert!(error.contains(expected), "{lens}: {error}");
+    }
+    // A focal length counts before an angle.
+    let poses = posed(r#""camera_angle_x":50,"fl_x":300,"w":320,"h":240,"#, "");
+    assert!(poses.notes.is_empty());
 }
 
 /// A pose of a file with that lens, and its notes.
@@ -400,4 +441,38 @@ fn pictures_of_one_size_have_a_size() {
         notes.len() == 1 && notes[0].contains("another shape than 320x240"),
         "{notes:?}"
     );
+}
+
+#[test]
+fn pictures_of_several_sizes_need_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("t.json");
+    let matrix = r#""transform_matrix":[[1,0,0,0],[0,1,0,0],[0,0,1,0]]"#;
+    for (second, size, is_chosen, expected) in [
+        (
+            r#""w":128,"h":100"#,
+            [512, 512],
+            false,
+            Some("has pictures of 256x200 and 128x100, but all are rendered with 512x512: give --size"),
+        ),
+        (
+            r#""w":128,"h":100"#,
+            [512, 512],
+            true,
+            Some("another shape than 512x512"),
+        ),
+        (r#""w":128,"h":100"#, [256, 200], true, None),
+        (r#""w":256,"h":200"#, [256, 200], false, None),
+    ] {
+        let first = r#""w":256,"h":200"#;
+        let text = format!(r#"{{"camera_angle_x":1,"frames":[{{{first},{matrix}}},{{{second},{matrix}}}]}}"#);
+        std::fs::write(&path, &text).expect("a file");
+        let file = PoseFile::read(&path).expect(&text);
+        let notes = file.poses(size, is_chosen).expect(&text).notes;
+        let found = notes.iter().map(String::as_str).collect::<String>();
+        match expected {
+            Some(expected) => assert!(notes.len() == 1 && found.contains(expected), "{found}"),
+            None => assert!(notes.is_empty(), "{found}"),
+        }
+    }
 }

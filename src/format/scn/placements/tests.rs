@@ -7,7 +7,12 @@ fn all(bytes: &[u8]) -> Result<Vec<Rows>, String> {
         Ok(())
     };
     let outcome = read(bytes, Path::new("p.txt"), take);
-    outcome.map(|()| all).map_err(|error| error.to_string())
+    outcome
+        .map(|count| {
+            assert_eq!(count, all.len());
+            all
+        })
+        .map_err(|error| error.to_string())
 }
 
 fn numpy(header: &str, data: &[u8]) -> Vec<u8> {
@@ -77,4 +82,62 @@ fn faults_are_told() {
     );
     assert!(all(b"nan 0 0").unwrap_err().contains("up to 1e9"));
     assert!(all(&b"1 ".repeat(20)).unwrap_err().contains("20 numbers"));
+}
+
+/// Files of other kinds are named, without their bytes.
+#[test]
+fn other_files_are_named() {
+    for (bytes, expected) in [
+        (
+            &b"PK\x03\x04\x14\x00arr_0.npy"[..],
+            "p.txt: this is a ZIP archive",
+        ),
+        (b"\xff\xfe1\0 \x002\0 \x003\0", "p.txt: this is UTF-16"),
+        (b"\x00\x00\x80\x3f", "p.txt: this is binary data"),
+        (b"\xcd\xcc\xcc\x3d\xcd\xcc\xcc\x3d", "p.txt: this is binary data"),
+        (b"1 2 3\r4 5 6\r7 8 9\r1 2 3\r", "p.txt: its lines end in CR only"),
+        (
+            b"version https://git-lfs.github.com/spec/v1\n",
+            "p.txt: a Git LFS pointer",
+        ),
+    ] {
+        let error = all(bytes).expect_err("another file");
+        assert!(error.starts_with(expected), "{error}");
+    }
+    // An aborted numpy.save.
+    let empty = |name: &str| read(b"", Path::new(name), |_| Ok(())).map_err(|error| error.to_string());
+    let expected = "p.npy: the file is empty, expected a numpy array".to_owned();
+    assert_eq!([empty("p.npy"), empty("p.txt")], [Err(expected), Ok(0)]);
+}
+
+#[test]
+fn words_that_are_no_numbers() {
+    for (text, expected) in [
+        (
+            "1,2,3",
+            "`1,2,3`, expected a number, with spaces instead of commas",
+        ),
+        (
+            "1, 2, 3",
+            "`1,`, expected a number, with spaces instead of commas",
+        ),
+        ("1,x", "`1,x`, expected a number"),
+        (
+            "\u{feff}1, 2 3",
+            "1:1: found `1,`, expected a number, with spaces instead of commas",
+        ),
+    ] {
+        let error = all(text.as_bytes()).expect_err(text);
+        assert!(error.ends_with(expected), "{error}");
+    }
+    assert_eq!(all(b"\xef\xbb\xbf1 2 3\n# caf\xe9\n").map(|all| all.len()), Ok(1));
+}
+
+#[test]
+fn faults_of_arrays_have_their_index() {
+    let header = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }";
+    let mut data = [0; 24];
+    data[12..16].copy_from_slice(&f32::NAN.to_le_bytes());
+    let error = all(&numpy(header, &data)).expect_err("a NaN");
+    assert!(error.contains("array[1]: a placement with NaN"), "{error}");
 }

@@ -20,7 +20,7 @@ fn pose() -> [f64; 7] {
 }
 
 fn found(folder: &Path, name: &str) -> Result<Poses, String> {
-    let poses = PoseFile::read(&folder.join(name)).and_then(|file| file.poses([600, 400]));
+    let poses = PoseFile::read(&folder.join(name)).and_then(|file| file.poses([600, 400], false));
     poses.map_err(|error| error.text().unwrap_or_default())
 }
 
@@ -113,6 +113,16 @@ fn broken_files_are_refused() {
         (camera, "1 1 0 0 0 0 0 0 2 a.png\n", "a.png: no camera 2"),
         (
             camera,
+            "1 1 0 0 0 0 0 0 1 a.png\n2 1 0 0 0 0 0 0 1 b.png\n",
+            "images.txt:2:1: expected the line of points of a.png, which may be empty",
+        ),
+        (
+            camera,
+            "1 1 0 0 0 0 0 0 1 a.png\n2 .5 .5 .5 .5 0 0 0 1 my b.png\n",
+            "images.txt:2:1: expected the line of points of a.png",
+        ),
+        (
+            camera,
             "1 0 0 0 0 0 0 0 1 b/c.png\n\n2 1 0 0 0 0 0 0 1 a.png\n",
             "images.txt: b/c.png: its rotation is 0 0 0 0, expected a quaternion",
         ),
@@ -159,6 +169,23 @@ fn broken_files_are_refused() {
     let error = found(folder, "images.bin").expect_err("it has no width");
     let expected = "cameras.bin: camera 7: found a picture of 0x400, expected pixels";
     assert!(error.contains(expected), "{error}");
+}
+
+/// Lines of points are longer than what is read of them.
+#[test]
+fn lines_of_points_have_any_length() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let camera = "1 PINHOLE 600 400 500 500 300 200\n";
+    for count in [0, 1, 100, 1000, 100_000] {
+        for point in ["1234.5 0.25 -1 ", "1 2 18446744073709551615 ", "1e2\t3 7  "] {
+            let points = point.repeat(count);
+            let images = format!("1 1 0 0 0 0 0 0 1 a.png\n{points}\r\n2 1 0 0 0 0 0 0 1 b.png\n{points}");
+            write(folder, camera, &images);
+            let found = found(folder, "images.txt").map(|poses| poses.poses.len());
+            assert_eq!(found, Ok(2), "{count} {point}");
+        }
+    }
 }
 
 /// The models whose distortion is rendered, by their coefficients 1, 2, 3, ...
