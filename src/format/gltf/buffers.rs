@@ -349,8 +349,8 @@ impl<'a> Buffers<'a> {
                 let name = format!("accessors[{index}]");
                 Some(self.part(&view, &name, accessor.offset(), [count, size])?)
             }
-            (None, Some(_)) => None,
-            (None, None) => return Err(self.refused(format!("accessors[{index}] has no buffer view"))),
+            // All elements are zeros, says the specification.
+            (None, _) => None,
         };
         let replacements = match accessor.sparse() {
             Some(sparse) => Some(self.sparse(&sparse, index, [count, size])?),

@@ -176,13 +176,25 @@ impl<'d> Compression<'d> {
         let indices = primitive
             .indices()
             .filter(|accessor| is_missing(accessor, buffers));
-        let attributes: Vec<_> = primitive
-            .attributes()
-            .filter(|(semantic, accessor)| is_read(semantic) && is_missing(accessor, buffers))
-            .filter_map(|(semantic, accessor)| {
-                Some((*draco.attributes.get(&semantic.to_string())?, accessor))
-            })
-            .collect();
+        let mut attributes = Vec::new();
+        for (semantic, accessor) in primitive.attributes() {
+            if !is_read(&semantic) || !is_missing(&accessor, buffers) {
+                continue;
+            }
+            match draco.attributes.get(&semantic.to_string()) {
+                Some(&id) => attributes.push((id, accessor)),
+                None if accessor.sparse().is_some() => {}
+                // Zeros would hide the mistake.
+                None => {
+                    return Err(buffers.refused(format!(
+                        "accessors[{}] has no buffer view, and the Draco data of meshes[{mesh}].primitives[{index}] has \
+                         no {}",
+                        accessor.index(),
+                        semantic.to_string()
+                    )));
+                }
+            }
+        }
         if indices.is_none() && attributes.is_empty() {
             return Ok(());
         }

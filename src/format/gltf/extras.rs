@@ -1,6 +1,6 @@
 //! Contents of a glTF file that octray does not read.
 
-use crate::format::left_out::{LeftOut, counted};
+use crate::format::left_out::LeftOut;
 use gltf::{
     json::{Material, Root, accessor::Type, mesh::Primitive, validation::Checked},
     material::AlphaMode,
@@ -9,7 +9,7 @@ use gltf::{
 
 /// Extensions that octray reads, that change nothing visible, or whose contents are listed elsewhere: textures, animations,
 /// lights.
-const NOT_LISTED: [&str; 17] = [
+const NOT_LISTED: [&str; 18] = [
     "EXT_mesh_gpu_instancing",
     // Which triangles were one polygon.
     "FB_ngon_encoding",
@@ -24,6 +24,7 @@ const NOT_LISTED: [&str; 17] = [
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
+    "KHR_node_visibility",
     "KHR_texture_",
     "KHR_xmp",
     "EXT_meshopt_compression",
@@ -61,11 +62,6 @@ pub(super) fn left_out(root: &Root, is_cloud: bool, is_animated: bool) -> LeftOu
     ] {
         left_out.count(count, one, many);
     }
-    let transparent = materials(|m| is_transparent(m));
-    if transparent > 0 {
-        let materials = counted(transparent, "material", "materials");
-        left_out.add(&format!("transparency of {materials}"));
-    }
     let primitives = || root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let count = |is: fn(&&Primitive) -> bool| primitives().filter(is).count();
     if !is_cloud {
@@ -91,15 +87,6 @@ pub(super) fn left_out(root: &Root, is_cloud: bool, is_animated: bool) -> LeftOu
     let used = root.extensions_used.iter().map(String::as_str);
     left_out.names("extensions", used.filter(is_listed));
     left_out
-}
-
-/// Whether a factor alone cuts all of it out.
-fn is_transparent(material: &Material) -> bool {
-    let pbr = &material.pbr_metallic_roughness;
-    let limit = material.alpha_cutoff.as_ref().map_or(0.5, |limit| limit.0);
-    material.alpha_mode == Checked::Valid(AlphaMode::Mask)
-        && pbr.base_color_texture.is_none()
-        && pbr.base_color_factor.0[3] < limit
 }
 
 /// Whether the alpha of its vertex colours would count.

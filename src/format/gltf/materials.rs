@@ -1,6 +1,6 @@
 //! Materials as octray shows them: base colour, highlight, emission, textures and their coordinates.
 
-use super::{normal_maps::Transforms, transmission::Through};
+use super::{normal_maps::Transforms, specular, transmission::Through};
 use crate::{
     format::{left_out::LeftOut, mesh::Surface, textures::Highlight},
     math::srgb,
@@ -82,6 +82,8 @@ pub(super) struct Shown {
     pub(super) roughness_left_out: bool,
     /// Whether an image of it is of a kind that octray does not read.
     pub(super) is_unsupported: bool,
+    /// Whether the factor of its alpha alone cuts all of it out.
+    pub(super) is_cut_away: bool,
 }
 
 /// The materials of a file; textures have the numbers of the file's images.
@@ -118,6 +120,12 @@ pub(super) fn left_out(materials: &[Shown], unsupported: [&str; 2], left_out: &m
     );
 }
 
+/// Whether a factor alone cuts all of a material out.
+fn is_cut_away(material: &gltf::Material<'_>, alpha: f32, has_map: bool) -> bool {
+    let is_masked = material.alpha_mode() == AlphaMode::Mask;
+    is_masked && !has_map && alpha < material.alpha_cutoff().unwrap_or(0.5)
+}
+
 /// The images of WebP textures by texture, which the gltf crate skips; `text` is the JSON.
 pub(super) fn webp_images(root: &Root, text: &[u8]) -> Vec<Option<u32>> {
     if !text.windows(WEBP.len()).any(|found| found == WEBP.as_bytes()) {
@@ -137,7 +145,13 @@ pub(super) fn webp_images(root: &Root, text: &[u8]) -> Vec<Option<u32>> {
 pub(super) fn unsupported_textures(root: &Root) -> [&'static str; 2] {
     let kinds = [
         ("EXT_texture_avif", ["AVIF texture", "AVIF textures"]),
-        ("KHR_texture_basisu", ["KTX2 texture", "KTX2 textures"]),
+        (
+            "KHR_texture_basisu",
+            [
+                "KTX2 texture (`gltf-transform ktxdecompress` makes it PNG)",
+                "KTX2 textures (`gltf-transform ktxdecompress` makes them PNG)",
+            ],
+        ),
         ("MSFT_texture_dds", ["DDS texture", "DDS textures"]),
     ];
     let is_used = |name: &str| root.extensions_used.iter().any(|used| used == name);
@@ -225,12 +239,13 @@ struct Factors<'a> {
 
 fn factors<'a>(material: &gltf::Material<'a>) -> Factors<'a> {
     if let Some(old) = material.pbr_specular_glossiness() {
+        let (base, metallic) = specular::base_and_metallic(&old);
         return Factors {
-            base: old.diffuse_factor(),
+            base,
             base_map: old.diffuse_texture(),
             roughness: 1.0 - old.glossiness_factor(),
             roughness_map: None,
-            metallic: 0.0,
+            metallic,
         };
     }
     let pbr = material.pbr_metallic_roughness();
@@ -262,6 +277,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
         Through::Body(glass) => Some(glass),
         _ => None,
     };
+    let is_cut_away = is_cut_away(material, alpha, base_map.is_some());
     let has_highlight = glass.is_none() && !material.unlit();
     // Glass shows neither its base colour nor a texture of it.
     let base = MapRead::of(base_map.as_ref().filter(|_| glass.is_none()), webp);
@@ -336,6 +352,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
             || emissive.is_unsupported
             || normals.is_unsupported
             || rough.is_unsupported,
+        is_cut_away,
     }
 }
 

@@ -26,9 +26,11 @@ mod normal_maps;
 mod shapes;
 mod sharing;
 mod skins;
+mod specular;
 mod translations;
 mod transmission;
 mod tree;
+mod visibility;
 
 use super::place::{BYTE_ORDER_MARK, is_utf16};
 use super::{
@@ -49,7 +51,7 @@ use percent_encoding::percent_decode_str;
 use std::path::{Path, PathBuf};
 
 /// Extensions that a file may require because octray reads them, or they change nothing that it reads.
-const HARMLESS: [&str; 13] = [
+const HARMLESS: [&str; 14] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "KHR_draco_mesh_compression",
@@ -61,6 +63,7 @@ const HARMLESS: [&str; 13] = [
     "EXT_texture_",
     "MSFT_texture_",
     "KHR_lights_",
+    "KHR_node_visibility",
     "KHR_xmp",
     "KHR_mesh_quantization",
 ];
@@ -78,7 +81,7 @@ pub(super) fn parse(
     let (json, blob) = split(bytes, path)?;
     let parsed = estimate::parsed_size(json);
     budget.take(parsed).map_err(|error| error.into_error(path))?;
-    let mut root = root(json, path)?;
+    let mut root = root(json, path, budget)?;
     let is_cloud = extras::is_cloud(&root);
     let moment = budget.moment();
     let mut left_out = extras::left_out(&root, is_cloud, moment.is_some());
@@ -94,6 +97,7 @@ pub(super) fn parse(
     let unsupported = materials::unsupported_textures(&root);
     let lights = lights::PunctualLights::of(json);
     let instancing = instancing::Instancing::of(json, path)?;
+    let hidden = visibility::Hidden::of(json);
     let translations = translations::Translations::of(json, budget.offset());
     let document = document(root, path)?;
     let compression = Compression::of(json, path, &document)?;
@@ -116,12 +120,14 @@ pub(super) fn parse(
         materials: &materials,
         instancing: &instancing,
         translations: &translations,
+        hidden: &hidden,
         targets: &targets,
         pose: &pose,
     };
     reading.scene(&contents, &mut buffers)?;
     reading.list_left_out(&mut left_out);
     transmission::left_out(&document, &mut left_out);
+    specular::left_out(&document, &mut left_out);
     materials::left_out(&materials, unsupported, &mut left_out);
     left_out.count(
         reading.arrays().map(|arrays| arrays.odd_uvs).sum(),
@@ -157,7 +163,7 @@ pub(super) fn animations(
     let (json, _) = split(bytes, path)?;
     let parsed = estimate::parsed_size(json);
     budget.take(parsed).map_err(|error| error.into_error(path))?;
-    Ok(animations::listed(&root(json, path)?))
+    Ok(animations::listed(&root(json, path, budget)?))
 }
 
 /// The JSON of a file, and the buffer of a binary one.
@@ -249,11 +255,19 @@ fn other_version(version: &str) -> String {
 }
 
 /// The JSON, not yet checked.
-fn root(text: &[u8], path: &Path) -> Result<json::Root, LoadError> {
+fn root(text: &[u8], path: &Path, budget: &Budget) -> Result<json::Root, LoadError> {
     let other_version = |version: &str| LoadError::whole_file(path, other_version(version));
     // Not generic, so compiled with its crate, at less optimisation.
-    let root = json::Root::from_slice(text);
-    let root = root.or_else(|error| without_optional(text, &error).ok_or(error));
+    let mut root = json::Root::from_slice(text);
+    if let Err(error) = &root
+        && error.to_string().starts_with("missing field `node")
+    {
+        // A tree of values takes less than twice as much as the estimate, which is for the crate's own types.
+        let room = estimate::parsed_size(text).saturating_mul(2);
+        budget.take(room).map_err(|error| error.into_error(path))?;
+        root = without_optional(text).map_or(root, Ok);
+        budget.give_back(room);
+    }
     let root = root.map_err(|error| {
         // Version 1 has other types nearly everywhere: the first mismatch says little.
         if let Some(version) = version(text).filter(|version| version.starts_with(['0', '1'])) {
@@ -270,12 +284,7 @@ fn root(text: &[u8], path: &Path) -> Result<json::Root, LoadError> {
 
 /// Reads a file again that has scenes without `nodes` or channels of animations without `node`, which the crate requires and
 /// the specification does not.
-fn without_optional(text: &[u8], error: &json::Error) -> Option<json::Root> {
-    // Such files are small; a tree of values takes far more memory than its text.
-    const MOST_BYTES: usize = 1 << 20;
-    if text.len() > MOST_BYTES || !error.to_string().starts_with("missing field `node") {
-        return None;
-    }
+fn without_optional(text: &[u8]) -> Option<json::Root> {
     let mut value: json::Value = json::deserialize::from_slice(text).ok()?;
     let mut arrays = |key: &str| {
         value

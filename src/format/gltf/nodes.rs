@@ -16,6 +16,7 @@ use super::{
     skins::Skins,
     translations::Translations,
     tree::{Place, Placement, Tree},
+    visibility::Hidden,
 };
 use crate::{
     error::{LoadError, SceneError},
@@ -49,6 +50,7 @@ pub(super) struct Contents<'c> {
     pub(super) materials: &'c [Shown],
     pub(super) instancing: &'c Instancing,
     pub(super) translations: &'c Translations,
+    pub(super) hidden: &'c Hidden,
     pub(super) targets: &'c MorphTargets<'c>,
     pub(super) pose: &'c AnimatedPose,
 }
@@ -150,9 +152,13 @@ impl Reading {
         let mut skins = Skins::new(&tree.globals);
         let mut meshes = BTreeMap::new();
         let node_of = |placement: &Placement<'_>| document.nodes().nth(placement.node);
+        let variant_of = |placement: &Placement<'_>, node: &Node<'_>| {
+            let variant = Variant::of(node, contents);
+            variant.filter(|_| !placement.is_hidden)
+        };
         for placement in &tree.placements {
             let Some(node) = node_of(placement) else { continue };
-            let Some(variant) = Variant::of(&node, contents) else {
+            let Some(variant) = variant_of(placement, &node) else {
                 continue;
             };
             let mesh = match meshes.entry(variant) {
@@ -168,14 +174,16 @@ impl Reading {
         }
         for placement in &tree.placements {
             let Some(node) = node_of(placement) else { continue };
-            let variant = Variant::of(&node, contents);
+            let variant = variant_of(placement, &node);
             if let Some(mesh) = variant.and_then(|variant| meshes.get_mut(&variant)) {
                 for i in 0..placement.count() {
                     self.place(mesh, &placement.at(i, buffers)?, buffers)?;
                 }
             }
-            self.punctual
-                .place(placement.node, &placement.world, &mut self.lights);
+            if !placement.is_hidden {
+                self.punctual
+                    .place(placement.node, &placement.world, &mut self.lights);
+            }
             if let Some(camera) = node.camera() {
                 // Of several nodes with one camera each has its own name.
                 let is_shared = cameras[camera.index()] > 1;

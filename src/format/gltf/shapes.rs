@@ -67,7 +67,9 @@ pub(super) fn shapes_of<'a>(
 ) -> Result<Vec<Shape<'a>>, LoadError> {
     let mut shapes = Vec::new();
     for primitive in mesh.primitives() {
-        if is_cloud != is_of_cloud(primitive.mode()) {
+        let material = primitive.material().index();
+        let is_cut_away = material.is_some_and(|i| materials.get(i).is_some_and(|shown| shown.is_cut_away));
+        if is_cut_away || is_cloud != is_of_cloud(primitive.mode()) {
             continue;
         }
         let shape = Shape::new(mesh.index(), &primitive, materials, pose, buffers)?;

@@ -2,7 +2,7 @@
 
 use super::{
     animations::AnimatedPose, buffers::Buffers, instancing::Instances, lights::PunctualLights,
-    nodes::Contents, translations::Translations,
+    nodes::Contents, translations::Translations, visibility::Hidden,
 };
 use crate::{error::LoadError, scene::MAX_INSTANCES};
 use glam::DMat4;
@@ -13,6 +13,8 @@ pub(super) struct Placement<'a> {
     pub(super) node: usize,
     /// Relative to the offset of the file.
     pub(super) world: DMat4,
+    /// Whether only its camera counts.
+    pub(super) is_hidden: bool,
     /// The instances of its mesh; `None` for a single placement.
     instances: Option<Instances<'a>>,
 }
@@ -74,21 +76,23 @@ impl<'a> Tree<'a> {
             Some(scene) => scene.nodes().map(|node| node.index()).collect(),
             None => roots(document),
         });
-        while let Some((node, world, is_first)) = walk.next() {
+        while let Some(met) = walk.next() {
+            let (node, mut world) = (met.node, met.world);
             let i = node.index();
-            if !is_first {
+            if !met.is_first {
                 return Err(contains_itself(i, buffers));
             }
-            if node.mesh().is_some() || node.camera().is_some() || punctual.is_at(i) {
+            let is_shown = !met.is_hidden && (node.mesh().is_some() || punctual.is_at(i));
+            if is_shown || node.camera().is_some() {
                 let instances = match node.mesh() {
-                    Some(_) => contents.instancing.at(i, document, buffers)?,
-                    None => None,
+                    Some(_) if is_shown => contents.instancing.at(i, document, buffers)?,
+                    _ => None,
                 };
-                let mut world = world;
                 world.w_axis -= offset.extend(0.0);
                 placements.push(Placement {
                     node: i,
                     world,
+                    is_hidden: met.is_hidden,
                     instances,
                 });
             }
@@ -120,14 +124,26 @@ fn roots(document: &Document) -> Vec<usize> {
     (0..is_child.len()).filter(|&i| !is_child[i]).collect()
 }
 
+/// A node that is met on a walk.
+struct Met<'d> {
+    node: Node<'d>,
+    /// Its global transform.
+    world: DMat4,
+    /// Whether it is met for the first time: only then its children follow.
+    is_first: bool,
+    /// Whether it or a node above it is hidden.
+    is_hidden: bool,
+}
+
 /// A walk through the nodes, parents first.
 struct Walk<'d> {
     document: &'d Document,
     translations: &'d Translations,
+    hidden: &'d Hidden,
     pose: &'d AnimatedPose,
     visited: Vec<bool>,
-    /// The transforms of nodes that have children; the first is the world's.
-    parents: Vec<DMat4>,
+    /// The transforms of nodes that have children, and whether they are hidden; the first is the world's.
+    parents: Vec<(DMat4, bool)>,
     /// A stack of nodes with their parents.
     waiting: Vec<(usize, usize)>,
     /// By node; empty if nobody needs them.
@@ -147,9 +163,10 @@ impl<'d> Walk<'d> {
         Ok(Self {
             document,
             translations: contents.translations,
+            hidden: contents.hidden,
             pose: contents.pose,
             visited: vec![false; count],
-            parents: vec![DMat4::IDENTITY],
+            parents: vec![(DMat4::IDENTITY, false)],
             waiting: Vec::new(),
             globals,
         })
@@ -159,8 +176,8 @@ impl<'d> Walk<'d> {
         self.waiting = roots.into_iter().rev().map(|node| (node, 0)).collect();
     }
 
-    /// The next node, its global transform, and whether it is met for the first time: only then its children follow.
-    fn next(&mut self) -> Option<(Node<'d>, DMat4, bool)> {
+    /// The next node, or `None` at the end.
+    fn next(&mut self) -> Option<Met<'d>> {
         let (i, parent) = self.waiting.pop()?;
         let node = self.document.nodes().nth(i)?;
         let mut local = self.pose.local(&node).unwrap_or_else(|| {
@@ -172,7 +189,9 @@ impl<'d> Walk<'d> {
         {
             local.w_axis = translation.extend(1.0);
         }
-        let world = self.parents[parent] * local;
+        let (above, is_below_hidden) = self.parents[parent];
+        let world = above * local;
+        let is_hidden = is_below_hidden || self.hidden.is_at(i);
         let is_first = !std::mem::replace(&mut self.visited[i], true);
         if is_first {
             if let Some(global) = self.globals.get_mut(i) {
@@ -185,10 +204,15 @@ impl<'d> Walk<'d> {
                 .extend(node.children().map(|child| (child.index(), parent)));
             if self.waiting.len() > first {
                 self.waiting[first..].reverse();
-                self.parents.push(world);
+                self.parents.push((world, is_hidden));
             }
         }
-        Some((node, world, is_first))
+        Some(Met {
+            node,
+            world,
+            is_first,
+            is_hidden,
+        })
     }
 }
 

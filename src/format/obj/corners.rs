@@ -7,7 +7,7 @@ use super::super::{
     polygon::{self, Cutter, Fans},
     vertices::{NONE, Vertices},
 };
-use super::textures::Shift;
+use super::{super::mesh::Surface, colors::count_once, textures::Shift};
 use crate::{error::quote, scene::TriangleMesh};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
@@ -72,6 +72,17 @@ impl Corners {
     pub(super) fn lacks_uvs(&self, i: usize, count: usize) -> bool {
         let of = self.uvs.get(i).copied().unwrap_or([NONE; 3]);
         of.iter().any(|&index| index as usize >= count)
+    }
+
+    /// Makes base colours white that their triangles have as vertex colours, too.
+    pub(super) fn count_colors_once(
+        &self,
+        surfaces: &mut [Surface],
+        surface_of: &[u32],
+        colors: &[[f32; 3]],
+        budget: &Budget,
+    ) -> Result<(), BudgetError> {
+        count_once(surfaces, (surface_of, &self.positions), colors, budget)
     }
 
     /// Forgets texture coordinates.

@@ -21,10 +21,7 @@ use super::{
     OpenMesh,
     budget::{Budget, BudgetError},
     left_out::{LeftOut, name_list},
-    mesh::{
-        Cloud, LoadedMesh, MeshFormat, Surface, Unusable, UpAxis, UpSource, clamp_colors, clamped_note,
-        usable_normal,
-    },
+    mesh::{Cloud, LoadedMesh, MeshFormat, Surface, Unusable, UpAxis, UpSource, usable_normal},
     offset::Offset,
     place::{TextFault, Words, after_mark, refuse_binary},
     textures::Images,
@@ -369,6 +366,9 @@ impl<'b> Obj<'b> {
         path: &Path,
         open: OpenMesh<'_>,
     ) -> Result<LoadedMesh, BudgetError> {
+        let (colors, color_note) = self.colors.finish(self.x.len(), path, self.budget)?;
+        self.corners
+            .count_colors_once(&mut self.surfaces, &self.surface_of, &colors, self.budget)?;
         let (corners, count) = (&self.corners, self.uvs.len());
         let untextured = super::textures::leave_untextured(&mut self.surfaces, &mut self.surface_of, |i| {
             corners.lacks_uvs(i, count)
@@ -380,8 +380,7 @@ impl<'b> Obj<'b> {
         if images.is_empty() && self.budget.wants_images() {
             self.corners.drop_uvs();
         }
-        let mut colors = self.colors.finish(self.x.len(), self.budget)?;
-        self.notes.extend(clamped_note(clamp_colors(&mut colors), path));
+        self.notes.extend(color_note);
         let is_cloud = self.corners.is_empty() && self.corners.small == 0 && !self.x.is_empty();
         if self.surfaces.is_empty() {
             self.surface_of = Vec::new();

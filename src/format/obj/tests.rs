@@ -284,3 +284,61 @@ fn libraries_of_other_machines_lie_beside_the_mesh() {
         assert_eq!(mesh.surfaces[0].diffuse, [1.0, 0.0, 0.0]);
     }
 }
+
+/// Programs write a colour both ways for the same purpose.
+#[test]
+fn colours_of_material_and_vertices_count_once() {
+    let library = "newmtl m\nKd 0.5 0.2 0.2\nnewmtl n\nKd 0.5 0.2 0.2\n";
+    let text = |last: &str, faces: &str| {
+        format!(
+            "mtllib a b.mtl\nv 0 0 0 0.5 0.2 0.2\nv 1 0 0 0.501961 0.2 0.2\nv 0 1 0 0.4980392 0.2 0.2\nv 1 1 0 {last}\n{faces}"
+        )
+    };
+    let diffuse = |last: &str, faces: &str| {
+        let mesh = load(&text(last, faces), library).expect("a mesh");
+        assert!(mesh.notes.is_empty(), "{:?}", mesh.notes);
+        assert_eq!(mesh.columns.colors[0], [0.5, 0.2, 0.2]);
+        mesh.surfaces
+            .iter()
+            .map(|surface| surface.diffuse)
+            .collect::<Vec<_>>()
+    };
+    let (own, white) = ([0.5, 0.2, 0.2], [1.0; 3]);
+    let faces = "usemtl m\nf 1 2 3\nusemtl n\nf 1 2 3\nf 2 3 4\n";
+    assert_eq!(diffuse("0.5 0.2 0.2", faces), [white, white]);
+    // Another colour at one corner: it may be a shade.
+    assert_eq!(diffuse("0.5 0.21 0.2", faces), [white, own]);
+    // A vertex without a colour is white.
+    assert_eq!(diffuse("", faces), [white, own]);
+    assert_eq!(
+        diffuse("0.5 0.2 0.2", "f 1 2 3\nusemtl m\nf 1 2 3\n"),
+        [white, own, white]
+    );
+}
+
+#[test]
+fn colours_from_0_to_255() {
+    let note = "folder/a.obj: the vertex colours are from 0 to 255: divided by 255";
+    let colors = |text: &str| {
+        let mesh = mesh(&format!("{text}f 1 2 3\n"));
+        (mesh.columns.colors, mesh.notes)
+    };
+    let (white, red) = ([1.0; 3], [1.0, 0.0, 0.0]);
+    let bytes = colors("v 0 0 0 255 0 0\nv 1 0 0\nv 0 1 0 51 1 0\n");
+    assert_eq!(
+        bytes,
+        (vec![red, white, [0.2, 1.0 / 255.0, 0.0]], vec![note.to_owned()])
+    );
+    let plain = colors("v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 1 1\n");
+    assert_eq!(plain, (vec![red, red, white], Vec::new()));
+    // These are no bytes.
+    for odd in ["0.5 0 0", "256 0 0", "-1 0 0"] {
+        let (colors, notes) = colors(&format!("v 0 0 0 255 0 0\nv 1 0 0\nv 0 1 0 {odd}\n"));
+        assert_eq!(colors[..2], [red, white]);
+        assert!(notes[0].ends_with("not from 0 to 1: clamped"), "{notes:?}");
+    }
+    // The base colour is compared with what is shown.
+    let text = "mtllib a b.mtl\nusemtl m\nv 0 0 0 128 51 51\nv 1 0 0 128 51 51\nv 0 1 0 128 51 51\nf 1 2 3\n";
+    let mesh = load(text, "newmtl m\nKd 0.5 0.2 0.2\n").expect("a mesh");
+    assert_eq!(mesh.surfaces[0].diffuse, white);
+}

@@ -7,7 +7,7 @@ use crate::format::mesh::Moment;
 /// Keyframes at 1 and 3 seconds.
 const TIMES: [f32; 2] = [1.0, 3.0];
 
-fn posed(json: &str, animation: Option<&str>, seconds: f64) -> Result<LoadedMesh, String> {
+pub(super) fn posed(json: &str, animation: Option<&str>, seconds: f64) -> Result<LoadedMesh, String> {
     let open = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
     let moment = Moment {
         animation: animation.map(str::to_owned),
