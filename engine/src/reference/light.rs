@@ -94,8 +94,14 @@ pub(super) fn share<S: Simd>(simd: S, light: &Light, seen: &Seen) -> f32 {
         share = min(distance * distance / seen.squared, MOST_FALLOFF);
     }
     if let Some(spot) = &light.spot {
-        let cosine = -simd.dot(spot.direction(), seen.to_light);
-        let in_cone = min(max(cosine * spot.scale + spot.offset, 0.0), 1.0);
+        let along = spot.direction();
+        let angle = if spot.is_narrow {
+            let apart = seen.to_light + along;
+            simd.dot(apart, apart) * 0.5
+        } else {
+            -simd.dot(along, seen.to_light)
+        };
+        let in_cone = min(max(angle * spot.scale + spot.offset, 0.0), 1.0);
         share *= in_cone * in_cone;
     }
     if let Some(front) = light.front() {
