@@ -56,6 +56,7 @@ mod threemf;
 mod tracer;
 #[cfg(feature = "gltf")]
 mod transmission;
+mod water;
 mod watertight;
 
 /// Loads `scenes/NAME.scn`.
