@@ -46,6 +46,7 @@ mod scene_language;
 mod shared_meshes;
 mod smooth_shadows;
 mod soft_light;
+mod spots;
 mod strangers_mesh;
 mod strangers_scene;
 #[cfg(feature = "textures")]
@@ -55,6 +56,7 @@ mod threemf;
 mod tracer;
 #[cfg(feature = "gltf")]
 mod transmission;
+mod water;
 mod watertight;
 
 /// Loads `scenes/NAME.scn`.

@@ -150,7 +150,8 @@ fn shade<S: Simd>(
     let mut parent = *own;
     parent.travelled += hit.t;
     let at = (&parent.ray, &hit, sample.cone.width(parent.travelled));
-    let draw = (Draw::at(scene, sample, parent.depth), limits.shadows);
+    let medium = parent.medium;
+    let draw = (Draw::at(scene, sample, parent.depth), Limits { medium, ..limits });
     let scattered = scatter(simd, scene, intersect, at, draw, (&mut own.color, opacity), rays);
     match scattered {
         Some((Material::Reflection { mirror_share, .. }, surface)) => {

@@ -94,8 +94,14 @@ pub(super) fn share<S: Simd>(simd: S, light: &Light, seen: &Seen) -> f32 {
         share = min(distance * distance / seen.squared, MOST_FALLOFF);
     }
     if let Some(spot) = &light.spot {
-        let cosine = -simd.dot(spot.direction(), seen.to_light);
-        let in_cone = min(max(cosine * spot.scale + spot.offset, 0.0), 1.0);
+        let along = spot.direction();
+        let angle = if spot.is_narrow {
+            let apart = seen.to_light + along;
+            simd.dot(apart, apart) * 0.5
+        } else {
+            -simd.dot(along, seen.to_light)
+        };
+        let in_cone = min(max(angle * spot.scale + spot.offset, 0.0), 1.0);
         share *= in_cone * in_cone;
     }
     if let Some(front) = light.front() {
@@ -137,6 +143,17 @@ pub(super) fn offset(s: &Surface) -> f32 {
     s.magnitude * SURFACE_OFFSET
 }
 
+/// Returns the shadow ray of a light, and whether it starts there; `None` inside a sphere.
+#[inline(always)]
+pub(super) fn ray_of<S: Simd>(simd: S, shape: &LightShape, s: &Surface, seen: &Seen) -> Option<(Ray, bool)> {
+    let lift = lift(simd, s, seen.to_light);
+    match (shape, seen.on_light) {
+        (LightShape::Point { position }, _) => Some((shadow_ray(simd, *position, (s, lift)), true)),
+        (_, Some(on_light)) => Some((ending_before(simd, (s, lift), on_light), false)),
+        _ => (seen.distance > 0.0).then(|| (leaving(simd, (s, lift), seen.to_light, seen.distance), false)),
+    }
+}
+
 /// Returns the ray from off the surface by `lift`.
 #[inline(always)]
 pub(super) fn leaving<S: Simd>(simd: S, (s, lift): (&Surface, f32), direction: Vec3, t_max: f32) -> Ray {
@@ -148,7 +165,7 @@ pub(super) fn leaving<S: Simd>(simd: S, (s, lift): (&Surface, f32), direction: V
 
 /// Returns the ray from off the surface by `lift` to just before a point of a light.
 #[inline(always)]
-pub(super) fn ending_before<S: Simd>(simd: S, (s, lift): (&Surface, f32), on_light: Vec3) -> Ray {
+fn ending_before<S: Simd>(simd: S, (s, lift): (&Surface, f32), on_light: Vec3) -> Ray {
     let origin = simd.mul_add3(s.geometric_normal, lift, s.point);
     let offset = on_light - origin;
     let length = simd.dot(offset, offset).sqrt();
@@ -161,7 +178,7 @@ pub(super) fn ending_before<S: Simd>(simd: S, (s, lift): (&Surface, f32), on_lig
 
 /// Returns the ray from the light to the point, moved off the surface by `lift`.
 #[inline(always)]
-pub(super) fn shadow_ray<S: Simd>(simd: S, light: Vec3, (s, lift): (&Surface, f32)) -> Ray {
+fn shadow_ray<S: Simd>(simd: S, light: Vec3, (s, lift): (&Surface, f32)) -> Ray {
     let to_light = light - s.point;
     let distance = simd.dot(to_light, to_light).sqrt();
     let offset = simd.mul_add(distance, LIGHT_OFFSET, lift);

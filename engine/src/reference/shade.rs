@@ -9,10 +9,7 @@ use super::{
 use crate::{
     math::{max, min, powi},
     ray::{Hit, Ray, SceneHit, T_MAX},
-    scene::{
-        AMBIENT_SPECULAR, LightShape, MOST_POLISH, Material, MaterialId, Primitive, RayCone, Scene,
-        TexturePoint,
-    },
+    scene::{AMBIENT_SPECULAR, MOST_POLISH, Material, MaterialId, Primitive, RayCone, Scene, TexturePoint},
     simd::{Level, Simd, at_level},
     sobol,
 };
@@ -151,7 +148,7 @@ fn follow<S: Simd>(
         }
         travelled += hit.t;
         let at = (&ray, &hit, sample.cone.width(travelled));
-        let draw = (Draw::at(scene, sample, level), limits.shadows);
+        let draw = (Draw::at(scene, sample, level), limits);
         let Some((Material::Reflection { mirror_share, .. }, surface)) =
             scatter(simd, scene, intersect, at, draw, (&mut color, weight), rays)
         else {
@@ -171,7 +168,7 @@ pub(super) fn scatter<S: Simd>(
     scene: &Scene,
     intersect: &mut dyn Intersect,
     (ray, hit, width): (&Ray, &SceneHit, f32),
-    draw: (Draw, bool),
+    draw: (Draw, Limits),
     (color, weight): (&mut [f32; 3], f32),
     rays: &mut SecondaryRays,
 ) -> Option<(Material, Surface)> {
@@ -293,7 +290,7 @@ fn gather_light<S: Simd>(
     scene: &Scene,
     intersect: &mut dyn Intersect,
     (s, material): (&Surface, &Material),
-    (draw, shadows): (Draw, bool),
+    (draw, Limits { shadows, medium, .. }): (Draw, Limits),
     rays: &mut SecondaryRays,
 ) -> Light {
     let lights = scene.lights();
@@ -327,16 +324,11 @@ fn gather_light<S: Simd>(
         if share.is_some_and(|share| share <= 0.0) {
             continue;
         }
-        let lift = light::lift(simd, s, seen.to_light);
-        let ray = match (&light.shape, seen.on_light) {
-            (LightShape::Point { position }, _) => Some(light::shadow_ray(simd, *position, (s, lift))),
-            (_, Some(on_light)) => Some(light::ending_before(simd, (s, lift), on_light)),
-            _ => (seen.distance > 0.0).then(|| light::leaving(simd, (s, lift), seen.to_light, seen.distance)),
-        };
+        let ray = light::ray_of(simd, &light.shape, s, &seen);
         let mut left = [1.0; 3];
         if let Some(ray) = ray.filter(|_| shadows) {
             rays.shadow += 1;
-            match light_through(simd, scene, intersect, ray) {
+            match light_through(simd, scene, intersect, ray, medium) {
                 Some(some) => left = some,
                 None => continue,
             }
@@ -357,7 +349,7 @@ fn gather_light<S: Simd>(
             let ray = light::leaving(simd, (s, light::lift(simd, s, to_light)), to_light, T_MAX);
             if n_dot_l > 0.0 {
                 let left = if shadows {
-                    light_through(simd, scene, intersect, ray)
+                    light_through(simd, scene, intersect, (ray, false), medium)
                 } else {
                     Some([1.0; 3])
                 };

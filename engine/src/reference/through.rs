@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     ray::{Hit, Ray, SceneHit},
-    scene::{Crossing, Passage, RayCone, Scene, skipped},
+    scene::{Crossing, MaterialId, Passage, RayCone, Scene, skipped},
     simd::Simd,
 };
 
@@ -55,32 +55,44 @@ fn in_place_of<S: Simd>(
     }
 }
 
-/// Returns the share of light that is left along a shadow ray, by channel; `None` if nothing is left.
+/// Returns the share of light that is left along a shadow ray, by channel; `None` if nothing is left. `is_from_light`: the
+/// direction of the ray; `medium`: the tinted glass at the surface.
 #[inline(always)]
 pub(super) fn light_through<S: Simd>(
     simd: S,
     scene: &Scene,
     intersect: &mut dyn Intersect,
-    ray: Ray,
+    (ray, is_from_light): (Ray, bool),
+    medium: Option<MaterialId>,
 ) -> Option<[f32; 3]> {
     if !scene.dims_light() {
         return (!intersect.occluded(&ray)).then_some([1.0; 3]);
     }
-    follow(simd, scene, intersect, ray)
+    let passage = Passage::along(&ray, is_from_light, medium);
+    follow(simd, scene, intersect, (ray, passage))
 }
 
 // Long and called twice, so not inlined. It therefore enters the level itself.
 #[inline(never)]
-fn follow<S: Simd>(simd: S, scene: &Scene, intersect: &mut dyn Intersect, ray: Ray) -> Option<[f32; 3]> {
+fn follow<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    intersect: &mut dyn Intersect,
+    light: (Ray, Passage),
+) -> Option<[f32; 3]> {
     simd.call(
         #[inline(always)]
-        || cross_all(simd, scene, intersect, ray),
+        || cross_all(simd, scene, intersect, light),
     )
 }
 
 #[inline(always)]
-fn cross_all<S: Simd>(simd: S, scene: &Scene, intersect: &mut dyn Intersect, ray: Ray) -> Option<[f32; 3]> {
-    let (mut ray, mut passage) = (ray, Passage::along(&ray));
+fn cross_all<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    intersect: &mut dyn Intersect,
+    (mut ray, mut passage): (Ray, Passage),
+) -> Option<[f32; 3]> {
     while ray.t_max > 0.0 {
         let hit = opaque_first(simd, scene, intersect, &ray);
         if !hit.is_hit() {

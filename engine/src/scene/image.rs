@@ -1,7 +1,6 @@
 //! Texture images: bytes with mipmaps, and their lookup.
 
 use crate::{error::SceneError, math::srgb};
-use rayon::prelude::*;
 use std::sync::OnceLock;
 
 /// The largest width and height of an image, pixels.
@@ -29,8 +28,12 @@ pub struct Image {
     has_numbers: bool,
 }
 
-/// How four texels become one of the next level.
-type Mean = fn([[u8; 4]; 4]) -> [u8; 4];
+/// How texels become one of the next level.
+#[derive(Clone, Copy)]
+struct Means {
+    of_four: fn([[u8; 4]; 4]) -> [u8; 4],
+    weighted: fn(&[(u64, [u8; 4])]) -> [u8; 4],
+}
 
 #[derive(Clone, Debug)]
 struct Level {
@@ -64,14 +67,14 @@ pub struct Texture {
 }
 
 impl Image {
-    /// Makes an image of its pixels, rows from the top, and computes the mipmaps: means of the linear light of 2x2 texels,
-    /// weighted by alpha.
+    /// Makes an image of its pixels, rows from the top, and computes the mipmaps: means of the linear light of 2x2 texels, or
+    /// of three columns or rows where a side is odd, weighted by alpha.
     ///
     /// # Errors
     /// [`SceneError::ImageSize`] if a side is 0 or above [`MAX_IMAGE_SIDE`], [`SceneError::ArrayLength`] or
     /// [`SceneError::NoMemory`].
     pub fn new(size: [u32; 2], pixels: Vec<[u8; 4]>) -> Result<Self, SceneError> {
-        Self::with_mipmaps(size, pixels, Level::mean)
+        Self::with_mipmaps(size, pixels, Means::OF_COLORS)
     }
 
     /// Makes an image whose bytes are no colours, as those of a [`NormalMap`](super::NormalMap): mipmaps are means of the
@@ -80,12 +83,16 @@ impl Image {
     /// # Errors
     /// As [`Image::new`].
     pub fn of_numbers(size: [u32; 2], pixels: Vec<[u8; 4]>) -> Result<Self, SceneError> {
-        let mut image = Self::with_mipmaps(size, pixels, Level::mean_of_numbers)?;
+        let mut image = Self::with_mipmaps(size, pixels, Means::OF_NUMBERS)?;
         image.has_numbers = true;
         Ok(image)
     }
 
-    fn with_mipmaps([width, height]: [u32; 2], pixels: Vec<[u8; 4]>, mean: Mean) -> Result<Self, SceneError> {
+    fn with_mipmaps(
+        [width, height]: [u32; 2],
+        pixels: Vec<[u8; 4]>,
+        means: Means,
+    ) -> Result<Self, SceneError> {
         if ![width, height]
             .iter()
             .all(|side| (1..=MAX_IMAGE_SIDE).contains(side))
@@ -102,7 +109,7 @@ impl Image {
             texels: pixels,
         }];
         while let Some(last) = levels.last().filter(|level| level.width * level.height > 1) {
-            levels.push(last.half(mean)?);
+            levels.push(last.half(means)?);
         }
         Ok(Self {
             levels,
@@ -259,62 +266,6 @@ fn display(light: u32) -> u8 {
     table[(light / STEP).min(65535 / STEP) as usize]
 }
 
-impl Level {
-    /// The next level: each texel is the mean of 2x2. The last column or row of an odd number is left out.
-    fn half(&self, mean: Mean) -> Result<Self, SceneError> {
-        let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
-        let mut texels = Vec::new();
-        let reserved = texels.try_reserve_exact(width * height);
-        reserved.map_err(|_| SceneError::NoMemory { what: "texels" })?;
-        texels.resize(width * height, [0; 4]);
-        let fill = |(row, to): (usize, &mut [[u8; 4]])| {
-            for (column, texel) in to.iter_mut().enumerate() {
-                *texel = mean(self.four(2 * column, 2 * row));
-            }
-        };
-        if texels.len() < WORTH_THREADS {
-            texels.chunks_exact_mut(width).enumerate().for_each(fill);
-        } else {
-            texels.par_chunks_exact_mut(width).enumerate().for_each(fill);
-        }
-        Ok(Self {
-            width,
-            height,
-            texels,
-        })
-    }
-
-    /// The 2x2 texels from here on.
-    fn four(&self, column: usize, row: usize) -> [[u8; 4]; 4] {
-        let rows = [row, (row + 1).min(self.height - 1)];
-        let columns = [column, (column + 1).min(self.width - 1)];
-        [0, 1, 2, 3].map(|i| self.texels[rows[i / 2] * self.width + columns[i % 2]])
-    }
-
-    fn mean_of_numbers(four: [[u8; 4]; 4]) -> [u8; 4] {
-        std::array::from_fn(|channel| {
-            let sum: u32 = four.iter().map(|texel| u32::from(texel[channel])).sum();
-            ((sum + 2) / 4) as u8
-        })
-    }
-
-    /// The mean of the light of four texels.
-    fn mean(four: [[u8; 4]; 4]) -> [u8; 4] {
-        if four == [four[0]; 4] {
-            return four[0];
-        }
-        let light = whole_light();
-        let alpha: u32 = four.iter().map(|texel| u32::from(texel[3])).sum();
-        let mut mean = [0, 0, 0, ((alpha + 2) / 4) as u8];
-        for (channel, mean) in mean[..3].iter_mut().enumerate() {
-            let weight = |texel: &[u8; 4]| if alpha == 0 { 1 } else { u32::from(texel[3]) };
-            let weighted = |texel: &[u8; 4]| weight(texel) * light[usize::from(texel[channel])];
-            let all = if alpha == 0 { 4 } else { alpha };
-            *mean = display((four.iter().map(weighted).sum::<u32>() + all / 2) / all);
-        }
-        mean
-    }
-}
-
+mod mipmaps;
 #[cfg(test)]
 mod tests;

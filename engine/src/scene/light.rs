@@ -10,6 +10,12 @@ pub(crate) const MOST_FALLOFF: f32 = 1e9;
 /// The least difference of the cosines of a spot's angles: the width of its edge.
 const NARROWEST: f64 = 1e-6;
 
+/// That of narrow spots, whose difference of 1 and a cosine is exact.
+const NARROWEST_OF_NARROW: f64 = 1e-16;
+
+/// Up to this outer angle, degrees, a spot is narrow: so close to 1, a cosine has too few steps in `f32`.
+const NARROW: f32 = 0.5;
+
 /// A light. Lights are invisible and cast no shadows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
@@ -63,9 +69,11 @@ pub enum LightShape {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spot {
     direction: Vec3,
-    /// The share of full light is `(scale * cosine + offset)`, cut to 0 and 1, and squared.
+    /// The share of full light is `(scale * cosine + offset)`, cut to 0 and 1, and squared. Narrow spots have 1 - cosine
+    /// instead: half the squared length of the sum of the direction and that to the light.
     pub(crate) scale: f32,
     pub(crate) offset: f32,
+    pub(crate) is_narrow: bool,
     degrees: [f32; 2],
 }
 
@@ -78,12 +86,23 @@ impl Spot {
     pub fn new(direction: DVec3, inner_degrees: f32, outer_degrees: f32) -> Result<Self, SceneError> {
         check_range("outer", outer_degrees, (0.0, 180.0))?;
         check_range("inner", inner_degrees, (0.0, outer_degrees))?;
-        let [inner, outer] = [inner_degrees, outer_degrees].map(|a| libm::cos(f64::from(a).to_radians()));
-        let scale = 1.0 / (inner - outer).max(NARROWEST);
+        let radians = [inner_degrees, outer_degrees].map(|a| f64::from(a).to_radians());
+        let is_narrow = outer_degrees <= NARROW;
+        let (scale, offset) = if is_narrow {
+            // 1 - cos a = 2 sin^2 (a / 2)
+            let [inner, outer] = radians.map(|a| 2.0 * libm::sin(a / 2.0).powi(2));
+            let scale = 1.0 / (outer - inner).max(NARROWEST_OF_NARROW);
+            (-scale, outer * scale)
+        } else {
+            let [inner, outer] = radians.map(libm::cos);
+            let scale = 1.0 / (inner - outer).max(NARROWEST);
+            (scale, -outer * scale)
+        };
         Ok(Self {
             direction: unit(direction)?,
             scale: scale as f32,
-            offset: (-outer * scale) as f32,
+            offset: offset as f32,
+            is_narrow,
             degrees: [inner_degrees, outer_degrees],
         })
     }

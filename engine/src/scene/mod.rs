@@ -288,11 +288,16 @@ impl Scene {
         self.environment.as_ref()
     }
 
-    /// Returns the light to which each sample is clamped: 1, or none with an environment, whose samples are right only in
-    /// the mean.
+    /// Returns the light to which each sample is clamped: 1, or none with an environment or a soft light with falloff, whose
+    /// samples are right only in the mean.
     #[inline]
     pub(crate) fn most_light(&self) -> f32 {
-        if self.environment.is_some() { f32::MAX } else { 1.0 }
+        let is_uneven = |light: &Light| light.falloff.is_some() && light.shape.is_soft();
+        if self.environment.is_some() || self.lights.iter().any(is_uneven) {
+            f32::MAX
+        } else {
+            1.0
+        }
     }
 
     /// Returns the number of rays per point to the environment: two if it has suns.

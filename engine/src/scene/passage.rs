@@ -63,6 +63,8 @@ pub(crate) struct Passage {
     pub left: [f32; 3],
     /// The glass that it is in.
     medium: Option<MaterialId>,
+    /// The tinted glass at its start and at its end, as far as the ray that is shaded knows it.
+    known: [Option<MaterialId>; 2],
     /// How far it went before the first glass, which it may have started in; `None` once it has met any.
     before_glass: Option<f32>,
     /// Where it ends, unless it comes from infinity.
@@ -71,11 +73,16 @@ pub(crate) struct Passage {
 }
 
 impl Passage {
-    /// Light along a shadow ray, in either direction.
-    pub fn along(ray: &Ray) -> Self {
+    /// Light along a shadow ray, from the light or towards it. `medium` is the tinted glass at the surface.
+    pub fn along(ray: &Ray, is_from_light: bool, medium: Option<MaterialId>) -> Self {
         Self {
             left: [1.0; 3],
             medium: None,
+            known: if is_from_light {
+                [None, medium]
+            } else {
+                [medium, None]
+            },
             before_glass: Some(0.0),
             end: (ray.t_max < T_MAX).then(|| ray.origin + ray.direction * ray.t_max),
             surfaces: 0,
@@ -110,10 +117,8 @@ impl Passage {
         let id = scene.material_of(at.primitive);
         let material = scene.materials()[id.0 as usize];
         if let Material::Glass { index, .. } = material {
-            if let Some(before) = self.before_glass.take()
-                && at.from_behind
-            {
-                self.medium = Some(id);
+            if let Some(before) = self.before_glass.take() {
+                self.medium = if at.from_behind { Some(id) } else { self.known[0] };
                 self.tint(scene, before);
             }
             self.tint(scene, at.distance);
@@ -142,7 +147,15 @@ impl Passage {
     /// Reaches the end, at this distance behind the last surface. Behind a single surface of glass infinity is not tinted, as
     /// for camera rays.
     pub fn arrive(&mut self, scene: &Scene, distance: f32) {
-        if self.end.is_some() {
+        if self.end.is_none() {
+            return;
+        }
+        let [start, end] = self.known;
+        if let Some(before) = self.before_glass {
+            self.medium = start.or(end);
+            self.tint(scene, before + distance);
+        } else {
+            self.medium = self.medium.or(end);
             self.tint(scene, distance);
         }
     }

@@ -57,7 +57,7 @@ impl Shader {
                 (source, power),
                 (draws, settings.shadows),
                 (scene, &mut *tracer),
-                &self.found.surfaces[..lit],
+                (&self.found.surfaces[..lit], &self.media),
                 &mut self.arriving,
                 &mut self.shadow,
             );

@@ -199,6 +199,19 @@ pub(super) fn absorb(scene: &Scene, rays: &mut RayQueue, hits: &[HitPacket]) {
     }
 }
 
+/// Sets the tinted glass that each surface packet is seen in; empty if none is in any.
+pub(super) fn media_of(
+    rays: &RayQueue,
+    surfaces: &[SurfacePacket],
+    media: &mut Vec<[Option<MaterialId>; LANES]>,
+) {
+    media.clear();
+    let is_tinted = |branch: &Branch8| branch.medium != [None; LANES];
+    if rays.medium.is_some() || rays.branches.iter().any(is_tinted) {
+        media.extend(surfaces.iter().map(|s| Branch8::gather(rays, &s.pixel).medium));
+    }
+}
+
 /// Sets the transmittance of camera rays that start in a material, by channel; 1 for rays that hit nothing.
 pub(super) fn passed(material: &Material, hits: &[HitPacket], passed: &mut Vec<[F32x8; 3]>) {
     passed.clear();

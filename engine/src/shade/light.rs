@@ -111,8 +111,14 @@ impl Beam {
             share = (simd.splat(distance * distance) / seen.squared).min(simd.splat(MOST_FALLOFF));
         }
         if let Some(spot) = &self.light.spot {
-            let cosine = -simd.splat3(spot.direction()).dot(seen.to_light);
-            let in_cone = cosine * simd.splat(spot.scale) + simd.splat(spot.offset);
+            let along = simd.splat3(spot.direction());
+            let angle = if spot.is_narrow {
+                let apart = seen.to_light + along;
+                apart.dot(apart) * simd.splat(0.5)
+            } else {
+                -along.dot(seen.to_light)
+            };
+            let in_cone = angle * simd.splat(spot.scale) + simd.splat(spot.offset);
             let in_cone = in_cone.max(zero).min(one);
             share = share * (in_cone * in_cone);
         }

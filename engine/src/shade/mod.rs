@@ -80,6 +80,8 @@ pub struct Shader {
     ambient: Vec<F32x8>,
     arriving: shadow::Arriving,
     shadow: shadow::Scratch,
+    /// The tinted glass that each surface packet is seen in; empty if none is in any.
+    media: Vec<[Option<MaterialId>; LANES]>,
     next: RayQueue,
     /// Indices of the first random points of the tile's pixels, by packet.
     first_points: Vec<[u32; LANES]>,
@@ -305,6 +307,7 @@ impl Shader {
             blend::weigh(scene, rays, &mut self.found, &mut colors.alpha);
         }
         if !self.found.surfaces.is_empty() {
+            glass::media_of(rays, &self.found.surfaces, &mut self.media);
             self.add_lights(scene, tracer, settings, depth - 1);
             self.color(scene, (level, transparent), rays, colors);
         }

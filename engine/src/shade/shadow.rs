@@ -10,9 +10,9 @@ use super::{
     through::Through,
 };
 use crate::{
-    lanes::{F32x8, Vec3x8},
+    lanes::{F32x8, LANES, Vec3x8},
     ray::{Origins, RayPacket},
-    scene::{Environment, Light, LightShape, Scene},
+    scene::{Environment, Light, LightShape, MaterialId, Scene},
     simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight, Vec3Lanes, at_level},
     trace::Tracer,
 };
@@ -97,12 +97,13 @@ impl Arriving {
 /// them.
 ///
 /// Shadow rays of point lights run from the light to the surface, offset to the viewer's side, so they share their origin;
-/// those of other sources start at the surface. Packets without a point that faces the light are left out.
+/// those of other sources start at the surface. Packets without a point that faces the light are left out. `media`: the tinted
+/// glass that the points are seen in, or empty.
 pub(super) fn pass(
     (source, power): (Source<'_>, [f32; 3]),
     (draws, shadows): (Draws<'_>, bool),
     (scene, tracer): (&Scene, &mut Tracer<'_>),
-    surfaces: &[SurfacePacket],
+    (surfaces, media): (&[SurfacePacket], &[[Option<MaterialId>; LANES]]),
     arriving: &mut Arriving,
     scratch: &mut Scratch,
 ) -> (u64, Duration) {
@@ -143,7 +144,7 @@ pub(super) fn pass(
     if scene.dims_light() {
         let start = Instant::now();
         let mut through = std::mem::take(&mut scratch.through);
-        through.pass(scene, tracer, (scratch, origin), (arriving, power));
+        through.pass(scene, tracer, (scratch, origin), media, (arriving, power));
         scratch.through = through;
         time += start.elapsed();
     }

@@ -10,7 +10,7 @@ use super::{
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
     ray::{Hit, RayPacket},
-    scene::{Crossing, Passage, RayCone, Scene},
+    scene::{Crossing, MaterialId, Passage, RayCone, Scene},
     simd::{Simd, at_level},
     trace::Tracer,
 };
@@ -19,7 +19,7 @@ use glam::Vec3;
 /// The scratch memory of the pass.
 #[derive(Debug, Default)]
 pub(super) struct Through {
-    /// Each blocked packet's index, and its eight lights.
+    /// The index of each packet with a blocked ray or a point in tinted glass, and its eight lights.
     packets: Vec<u32>,
     passages: Vec<[Passage; LANES]>,
     /// Their rays: the parent of one is its number in `passages`, times eight, and its lane.
@@ -32,15 +32,17 @@ pub(super) struct Through {
 
 impl Through {
     /// Follows the blocked rays. The share of their light that is left multiplies its power in `arriving`, or `power` where
-    /// that has none; rays with light left are no longer blocked. Cost: docs/lab-notes.md#light-through-surfaces
+    /// that has none; rays with light left are no longer blocked. Light to points in tinted glass is tinted on its way, though
+    /// it meets nothing. Cost: docs/lab-notes.md#light-through-surfaces
     pub(super) fn pass(
         &mut self,
         scene: &Scene,
         tracer: &mut Tracer<'_>,
         (rays, origin): (&mut Scratch, Option<Vec3>),
+        media: &[[Option<MaterialId>; LANES]],
         (arriving, power): (&mut Arriving, [f32; 3]),
     ) {
-        self.start(rays, origin);
+        self.start(scene, rays, origin, media);
         while !self.rays.rays.packets().is_empty() {
             self.cross(scene, tracer);
         }
@@ -53,7 +55,7 @@ impl Through {
             let power = &mut arriving.power[rays.surface[p as usize] as usize];
             let blocked = &mut rays.blocked[p as usize];
             for (lane, passage) in passages.iter().enumerate() {
-                if *blocked >> lane & 1 == 0 || passage.left == [0.0; 3] {
+                if *blocked >> lane & 1 == 1 && passage.left == [0.0; 3] {
                     continue;
                 }
                 *blocked &= !(1 << lane);
@@ -64,13 +66,21 @@ impl Through {
         }
     }
 
-    /// Queues the blocked rays.
-    fn start(&mut self, rays: &Scratch, origin: Option<Vec3>) {
+    /// Queues the blocked rays. Others, which meet nothing, arrive.
+    fn start(
+        &mut self,
+        scene: &Scene,
+        rays: &Scratch,
+        origin: Option<Vec3>,
+        media: &[[Option<MaterialId>; LANES]],
+    ) {
         self.packets.clear();
         self.passages.clear();
         self.rays.restart_camera(None);
         for (p, &blocked) in rays.blocked.iter().enumerate() {
-            if blocked == 0 {
+            let media = media.get(rays.surface[p] as usize).copied();
+            let media = media.unwrap_or([None; LANES]);
+            if blocked == 0 && media == [None; LANES] {
                 continue;
             }
             let mut packet = rays.rays[p];
@@ -80,13 +90,20 @@ impl Through {
                 }
             }
             let origins = origin.map_or_else(|| rays.origins[p], Vec3x8::splat);
-            let first = (self.passages.len() * LANES) as u32;
-            let own = std::array::from_fn(|lane| first + lane as u32);
-            self.rays.push_from(origins, packet, own, F32x8::ZERO);
+            if blocked != 0 {
+                let first = (self.passages.len() * LANES) as u32;
+                let own = std::array::from_fn(|lane| first + lane as u32);
+                self.rays.push_from(origins, packet, own, F32x8::ZERO);
+            }
             self.packets.push(p as u32);
-            let ray = |lane| rays.rays[p].ray(lane, origins.lane(lane));
-            self.passages
-                .push(std::array::from_fn(|lane| Passage::along(&ray(lane))));
+            self.passages.push(std::array::from_fn(|lane| {
+                let ray = rays.rays[p].ray(lane, origins.lane(lane));
+                let mut passage = Passage::along(&ray, origin.is_some(), media[lane]);
+                if blocked >> lane & 1 == 0 && ray.t_max > 0.0 {
+                    passage.arrive(scene, ray.t_max);
+                }
+                passage
+            }));
         }
     }
 

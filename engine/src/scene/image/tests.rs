@@ -132,3 +132,61 @@ fn sides_and_lengths_are_checked() {
         [(5, 3), (2, 1), (1, 1)]
     );
 }
+
+#[test]
+fn mipmaps_of_odd_sides_keep_the_mean() {
+    for size in [[255, 255], [1000, 4], [7, 3], [1, 31], [127, 64], [3, 3]] {
+        let [width, height] = size;
+        // Of the last column or row alone, and of half the picture.
+        let pictures: [fn(u32, u32, [u32; 2]) -> bool; 4] = [
+            |x, _, [width, _]| x == width - 1,
+            |_, y, [_, height]| y == height - 1,
+            |x, _, _| x % 2 == 1,
+            |x, _, [width, _]| x >= width / 2,
+        ];
+        for (number, picture) in pictures.into_iter().enumerate() {
+            let pixels: Vec<_> = (0..width * height)
+                .map(|i| {
+                    if picture(i % width, i / width, size) {
+                        [255; 4]
+                    } else {
+                        [0, 0, 0, 255]
+                    }
+                })
+                .collect();
+            let share = pixels.iter().filter(|texel| texel[0] > 0).count() as f32 / pixels.len() as f32;
+            let mut image = Image::new(size, pixels.clone()).expect("an image");
+            image.set_curve(Curve::Srgb);
+            let numbers = Image::of_numbers(size, pixels).expect("an image");
+            for (image, near) in [(&image, 0.02), (&numbers, 0.015)] {
+                let found = image.color(clamped(), [0.5; 2], 99.0);
+                assert!(
+                    (found[0] - share).abs() < near,
+                    "{size:?} {number}: {found:?} for {share}"
+                );
+                assert_eq!(found[3], 1.0);
+            }
+        }
+    }
+}
+
+#[test]
+fn odd_sides_share_their_texels_by_area() {
+    let pixels: Vec<_> = [0, 50, 100, 150, 200].map(|grey| [grey, 0, 0, 255]).to_vec();
+    let image = Image::of_numbers([5, 1], pixels).expect("an image");
+    // (2 0 + 2 50 + 1 100) / 5 and (1 100 + 2 150 + 2 200) / 5.
+    assert_eq!(
+        image.levels[1]
+            .texels
+            .iter()
+            .map(|texel| texel[0])
+            .collect::<Vec<_>>(),
+        [40, 160]
+    );
+    // What is transparent has no colour there, either.
+    let pixels = vec![[255, 0, 0, 255], [0, 0, 255, 0], [0, 0, 255, 0]];
+    let image = Image::new([3, 1], pixels).expect("an image");
+    assert_eq!(image.levels[1].texels, [[255, 0, 0, 85]]);
+    let clear = Image::new([3, 1], vec![[90, 0, 0, 0]; 3]).expect("an image");
+    assert_eq!(clear.levels[1].texels, [[90, 0, 0, 0]]);
+}
