@@ -174,3 +174,42 @@ fn other_patterns_are_refused() {
         assert_eq!(error.err(), Some(expected));
     }
 }
+
+/// A wire a quarter of a pixel wide is whole with 64 samples: four first ones do not miss it along three pixels.
+#[test]
+fn thin_wires_are_whole_with_many_samples() {
+    let mut builder = SceneBuilder::new();
+    let black = builder
+        .add_material(Material::Silhouette { color: [0.0; 3] })
+        .unwrap();
+    // 37 pixels are 2 tan(15 degrees) high in the plane z = 0.
+    let pixel = 2.0 * 15.0_f32.to_radians().tan() / 37.0;
+    let corner = |x: f32, y: f32| Vec3::new(x, 0.07 * x + y * pixel, 0.0);
+    let [a, b, c, d] = [
+        corner(-1.0, 0.0),
+        corner(1.0, 0.0),
+        corner(1.0, 0.25),
+        corner(-1.0, 0.25),
+    ];
+    builder.add_triangle([a, b, c], black).unwrap();
+    builder.add_triangle([a, c, d], black).unwrap();
+    let scene = builder.finish();
+    let lit_columns = |samples, mode| {
+        let settings = Settings {
+            mode,
+            ..settings(samples, true)
+        };
+        let film = frame(&scene, &above(1.0), &settings).film;
+        let rows: Vec<_> = film.pixels().chunks_exact(70).collect();
+        let shows = |column: &usize| {
+            let missing: f32 = rows.iter().map(|row| 1.0 - row[*column][0]).sum();
+            missing > 0.1
+        };
+        (0..70).filter(shows).count()
+    };
+    for mode in [Mode::Packet, Mode::Scalar] {
+        assert!(lit_columns(16, mode) < 60);
+        assert_eq!(lit_columns(64, mode), 70);
+        assert_eq!(lit_columns(256, mode), 70);
+    }
+}

@@ -97,7 +97,7 @@ const FISHEYE: &str = r#"{"camera_model":"OPENCV_FISHEYE","fl_x":11,"fl_y":10,"w
 const ALL: &str = "--aov depth,normal,albedo,id,heat,mask,z,instance";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 47] = [
+const CASES: [(&str, &str, &str); 48] = [
     ("instances.scn", "exr", ALL),
     (
         "instances.scn",
@@ -197,6 +197,7 @@ const CASES: [(&str, &str, &str); 47] = [
     ),
     ("b.scn", "png", "--samples auto --background transparent"),
     ("b.scn", "exr", "--samples auto:7 --filter tent --mode scalar"),
+    ("b.scn", "png", "--samples auto:64"),
     (
         "tetrahedron.ply",
         "png",

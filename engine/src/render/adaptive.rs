@@ -21,8 +21,13 @@ use crate::{
     simd::{EightLanes, Simd},
 };
 
-/// First samples where light comes from points.
+/// First samples where light comes from points. They miss most of what is thinner than a pixel.
 const FIRST: u32 = 1;
+
+/// From this number of samples on, there are [`FIRST_OF_SOFT`] first samples everywhere: who asks for so many wants thin wires
+/// whole.
+// Tuned: see docs/lab-notes.md#adaptive-samples
+const FINE: u32 = 64;
 
 /// First samples if light or the lens is sampled too: the first four points of a sequence, one in each quarter of the pixel
 /// and of the light. After a single one, noise would look like edges everywhere.
@@ -55,17 +60,18 @@ impl FrameContext<'_> {
         let Settings {
             samples, adaptive, ..
         } = self.settings;
-        match (adaptive, self.scene.is_sampled() || self.camera_rays.has_lens()) {
-            (false, _) => samples,
-            (true, false) => samples.min(FIRST),
-            (true, true) => samples.min(FIRST_OF_SOFT),
+        if adaptive {
+            let is_noisy = self.scene.is_sampled() || self.camera_rays.has_lens();
+            samples.min(self.settings.first_of(is_noisy))
+        } else {
+            samples
         }
     }
 
     /// Returns the grades of pixels that take more than the first samples.
     pub fn grades(&self) -> impl Iterator<Item = Grade> {
         let (all, first) = (self.settings.samples, self.first_samples());
-        // Noise has little contrast, too, but needs all samples.
+        // Noise has little contrast, too, but needs all samples; so do means of several samples.
         let [quarter, half] = if first == FIRST {
             [QUARTER, HALF]
         } else {
@@ -96,15 +102,20 @@ impl FrameContext<'_> {
 }
 
 impl Settings {
+    /// Returns the first samples of an adaptive picture.
+    fn first_of(&self, is_noisy: bool) -> u32 {
+        if is_noisy || self.samples >= FINE {
+            FIRST_OF_SOFT
+        } else {
+            FIRST
+        }
+    }
+
     /// Returns the expected number of camera rays per pixel, from measured shares of the samples that are taken. `is_sampled`: whether
     /// light or the lens is sampled.
     #[doc(hidden)]
     pub fn expected_samples(&self, is_sampled: bool) -> f64 {
-        let (first, share) = if is_sampled {
-            (FIRST_OF_SOFT, 0.6)
-        } else {
-            (FIRST, 0.03)
-        };
+        let (first, share) = (self.first_of(is_sampled), if is_sampled { 0.6 } else { 0.03 });
         if !self.adaptive || self.samples <= first {
             return f64::from(self.samples);
         }

@@ -40,7 +40,7 @@ choices! { AovKind:
     Self::Id => "id", "Which triangle or sphere";
     Self::Heat => "heat", "How many nodes and primitives the ray visited";
     Self::Mask => "mask", "Where the ray hits anything: 255, else 0; 8 bits, PNG or EXR only";
-    Self::Z => "z", "Depth along the view, thousandths of a scene unit, up to 65.535 units, else 0; 16 bits, PNG or EXR (units) only";
+    Self::Z => "z", "Depth along the view, thousandths of a scene unit, 0 for misses and beyond 65.535 units; 16 bits, PNG or EXR (units, inf for misses) only";
     Self::Instance => "instance", "0 for a miss, 1 outside of instances, 2 for the first instance, ..., 65535 for all beyond; 16 bits, PNG or EXR (32 bits) only";
 }
 
