@@ -76,7 +76,9 @@ pub struct Frames {
 
 impl fmt::Debug for Frames {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Frames").field("count", &self.count).finish()
+        f.debug_struct("Frames")
+            .field("count", &self.count)
+            .finish_non_exhaustive()
     }
 }
 

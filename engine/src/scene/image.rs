@@ -28,11 +28,14 @@ pub struct Image {
     has_numbers: bool,
 }
 
+/// A texel and its weight.
+type Weighted = (u64, [u8; 4]);
+
 /// How texels become one of the next level.
 #[derive(Clone, Copy)]
 struct Means {
     of_four: fn([[u8; 4]; 4]) -> [u8; 4],
-    weighted: fn(&[(u64, [u8; 4])]) -> [u8; 4],
+    weighted: fn(&[Weighted]) -> [u8; 4],
 }
 
 #[derive(Clone, Debug)]

@@ -133,12 +133,15 @@ fn sides_and_lengths_are_checked() {
     );
 }
 
+/// Whether a texel of a picture of this size is white.
+type Pattern = fn(u32, u32, [u32; 2]) -> bool;
+
 #[test]
 fn mipmaps_of_odd_sides_keep_the_mean() {
     for size in [[255, 255], [1000, 4], [7, 3], [1, 31], [127, 64], [3, 3]] {
         let [width, height] = size;
         // Of the last column or row alone, and of half the picture.
-        let pictures: [fn(u32, u32, [u32; 2]) -> bool; 4] = [
+        let pictures: [Pattern; 4] = [
             |x, _, [width, _]| x == width - 1,
             |_, y, [_, height]| y == height - 1,
             |x, _, _| x % 2 == 1,
