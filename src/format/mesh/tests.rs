@@ -124,7 +124,8 @@ fn ply_colours_of_gaussian_splats() {
         0 0 0 0 0 0 1 1 1 1 1\n";
     let mesh = load("m.ply", splat);
     assert_eq!(mesh.columns.colors, [[0.5; 3]]);
-    let note = "m.ply: left out: shapes, opacity and reflections of Gaussian splats, vertex properties `other`";
+    let note =
+        "m.ply: left out: shapes, opacity and reflections of Gaussian splats, vertex properties `other`";
     assert_eq!(mesh.notes, [note]);
 }
 
