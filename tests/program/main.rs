@@ -26,6 +26,7 @@ mod environments;
 mod faults;
 mod inputs_kept;
 mod job;
+mod json;
 mod left_out;
 mod levels;
 mod limits;
