@@ -43,5 +43,6 @@ mod playback;
 mod points;
 mod poses;
 mod sheets;
+mod signals;
 #[cfg(target_os = "linux")]
 mod strangers;
