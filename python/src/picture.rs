@@ -157,6 +157,7 @@ pub fn render<'py>(
         fits_ortho: false,
         aperture,
         focus,
+        ..CameraOptions::default()
     };
     let path = match &source {
         Source::File(path) => path.clone(),

@@ -26,7 +26,7 @@ pub enum CliError {
     NoDisplay(String),
     /// A comparison differs. Exit code 5.
     Differs(String),
-    /// Stopped by a signal. Exit code 130.
+    /// Stopped by a signal, which ends the process where signals can. Exit code 130 elsewhere.
     Interrupted,
 }
 

@@ -35,7 +35,8 @@ pub fn main(limit_memory: impl Fn(u64)) -> ExitCode {
     ExitCode::from(run(std::env::args_os().collect(), limit_memory))
 }
 
-/// Runs the program with arguments, the program's name first, as [`main`] does; returns the exit code.
+/// Runs the program with arguments, the program's name first, as [`main`] does; returns the exit code. On Unix, a signal
+/// ends the process instead.
 #[must_use]
 pub fn run(arguments: Vec<OsString>, limit_memory: impl Fn(u64)) -> u8 {
     let start = Instant::now();
@@ -53,6 +54,11 @@ pub fn run(arguments: Vec<OsString>, limit_memory: impl Fn(u64)) -> u8 {
         Err(error) => {
             if let Some(text) = error.text() {
                 report::error(&text);
+            }
+            if matches!(error, CliError::Interrupted) {
+                // What has not been flushed would be lost; that it cannot be written is no news to an interrupted program.
+                let _ = report::flush();
+                process::end_by_signal();
             }
             error.exit_code()
         }

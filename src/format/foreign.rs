@@ -28,52 +28,89 @@ struct Model {
     starts: &'static [&'static [u8]],
     extensions: &'static [&'static str],
     name: &'static str,
-    /// A program that makes glTF of it.
-    converter: &'static str,
+    /// A format that octray reads, and a program that writes it.
+    advice: [&'static str; 2],
 }
 
 const fn model(
     starts: &'static [&'static [u8]],
     extensions: &'static [&'static str],
     name: &'static str,
-    converter: &'static str,
+    advice: [&'static str; 2],
 ) -> Model {
     Model {
         starts,
         extensions,
         name,
-        converter,
+        advice,
     }
 }
 
-const MODELS: [Model; 10] = [
+const BLENDER: [&str; 2] = ["glTF (.glb)", "Blender"];
+const FREECAD: [&str; 2] = ["glTF (.glb)", "FreeCAD"];
+const CLOUD: [&str; 2] = ["PLY", "CloudCompare or PDAL"];
+
+const MODELS: [Model; 22] = [
     model(
         &[b"BLENDER-v", b"BLENDER_v", b"BLENDER17-"],
         &["blend"],
         "a Blender file",
-        "Blender",
+        BLENDER,
     ),
-    model(&[b"Kaydara FBX Binary"], &["fbx"], "an FBX file", "Blender"),
+    model(&[b"Kaydara FBX Binary"], &["fbx"], "an FBX file", BLENDER),
     model(
         &[b"PXR-USDC"],
         &["usd", "usda", "usdc", "usdz"],
         "a USD file",
-        "Blender",
+        BLENDER,
     ),
-    model(&[b"ISO-10303-21;"], &["step", "stp"], "a STEP file", "FreeCAD"),
-    model(&[], &["iges", "igs"], "an IGES file", "FreeCAD"),
-    model(&[], &["dae"], "COLLADA", "Blender"),
-    model(&[], &["3ds"], "a 3D Studio file", "Blender"),
-    model(&[], &["wrl", "x3d"], "VRML or X3D", "Blender"),
-    model(&[], &["vtk", "vtp", "vtu"], "a VTK file", "ParaView"),
-    model(&[], &["svg"], "an SVG drawing", "Blender"),
+    model(&[b"ISO-10303-21;"], &["step", "stp"], "a STEP file", FREECAD),
+    model(&[], &["iges", "igs"], "an IGES file", FREECAD),
+    model(
+        &[b"DBRep_DrawableShape", b"CASCADE Topology"],
+        &["brep", "brp"],
+        "an Open CASCADE file",
+        FREECAD,
+    ),
+    model(&[], &["dxf"], "a DXF drawing", FREECAD),
+    model(&[], &["dwg"], "a DWG drawing", FREECAD),
+    model(
+        &[],
+        &["sldasm", "sldprt"],
+        "a SolidWorks file",
+        ["glTF (.glb)", "SolidWorks"],
+    ),
+    model(&[], &["amf"], "an AMF file", ["3MF", "PrusaSlicer"]),
+    model(&[], &["dae"], "COLLADA", BLENDER),
+    model(&[], &["3ds"], "a 3D Studio file", BLENDER),
+    model(&[], &["wrl", "x3d"], "VRML or X3D", BLENDER),
+    model(
+        &[],
+        &["vtk", "vtp", "vtu"],
+        "a VTK file",
+        ["glTF (.glb)", "ParaView"],
+    ),
+    model(&[b"$MeshFormat"], &["msh"], "a Gmsh mesh", ["STL or PLY", "Gmsh"]),
+    model(&[], &["svg"], "an SVG drawing", BLENDER),
+    model(&[b"# .PCD v"], &["pcd"], "a PCD point cloud", CLOUD),
+    model(&[b"LASF"], &["las", "laz"], "a LAS point cloud", CLOUD),
+    model(&[b"ASTM-E57"], &["e57"], "an E57 point cloud", CLOUD),
+    model(&[], &["xyz"], "an XYZ point cloud", CLOUD),
+    model(&[], &["pts", "ptx"], "a PTS point cloud", CLOUD),
+    model(
+        &[],
+        &["ksplat", "splat", "spz"],
+        "a file of Gaussian splats",
+        ["PLY", "SuperSplat"],
+    ),
 ];
 
 impl Model {
     fn fault(&self) -> String {
-        let Self { name, converter, .. } = self;
+        let Self { name, advice, .. } = self;
+        let [format, program] = advice;
         format!(
-            "this is {name}, which octray does not read; convert it to glTF (.glb), for example with {converter}"
+            "this is {name}, which octray does not read; convert it to {format}, for example with {program}"
         )
     }
 }
@@ -94,7 +131,7 @@ pub(super) fn fault_by_name(path: &Path) -> Option<String> {
     MODELS.iter().find(is_named).map(Model::fault)
 }
 
-/// Refuses them by their contents.
+/// Refuses a file that is neither a scene nor a mesh that octray reads, by its contents.
 pub(super) fn refuse(bytes: &[u8], path: &Path, expected: &str) -> Result<(), LoadError> {
     // USDZ is a ZIP archive, as 3MF.
     let by_name = || fault_by_name(path).filter(|_| bytes.starts_with(super::mesh::ZIP));

@@ -74,6 +74,17 @@ pub(crate) fn refuse_foreign(path: &Path, start: &[u8]) -> Result<(), LoadError>
     foreign::refuse(start, path, "expected a scene or a mesh")
 }
 
+/// Whether the beginning of a file without the extension `.scn` is that of a scene. If it has another extension than
+/// `.txt`, a misspelt statement does not count.
+#[cfg(feature = "cli")]
+pub(crate) fn is_scene_file(path: &Path, start: &[u8]) -> bool {
+    let text = start.strip_prefix(place::BYTE_ORDER_MARK).unwrap_or(start);
+    let is_any_text = path
+        .extension()
+        .is_none_or(|extension| extension.eq_ignore_ascii_case("txt"));
+    !start.contains(&0) && detect(start) == Detected::Scene && (is_any_text || scn::is_well_spelt(text))
+}
+
 /// Refuses a model that octray does not read, by its first bytes or else its extension, and says how to convert it.
 ///
 /// # Errors

@@ -34,9 +34,9 @@ pub(super) use frames::frames;
 use arguments::Arguments;
 use at::Moved;
 use include::Includes;
-use instances::Stored;
+use instances::PrototypeKey;
 use line::Line;
-use mesh::Placed;
+use mesh::PlacementKey;
 use meshes::Meshes;
 use nearest::{list, nearest};
 use statements::{STATEMENTS, again};
@@ -73,29 +73,29 @@ pub(super) fn parse(
         material: None,
         own_is_srgb: false,
         meshes: Meshes::default(),
-        placed: HashSet::new(),
-        stored: HashMap::new(),
+        placements: HashSet::new(),
+        prototypes: HashMap::new(),
         mesh_cameras: 0,
         mesh_notes: 0,
         includes: Includes::default(),
-        said: Said::default(),
+        seen: Seen::default(),
         has_lights: false,
         has_environment: false,
         is_silhouette: true,
         needs_light: false,
         moved: None,
         keyframes: 0,
-        last: "",
+        last_statement: "",
     };
     reader.file(text, name, identity)?;
-    if reader.needs_light && !reader.has_lights && reader.said.ambient.is_none() {
+    if reader.needs_light && !reader.has_lights && reader.seen.ambient.is_none() {
         reader.builder.add_note(format!(
             "{}: the scene has no light, so only ambient light reaches its surfaces; add a line such as \
              `light 9 -4 10 0.7`",
             name.display()
         ));
     }
-    if reader.has_environment && reader.said.ambient.is_none() {
+    if reader.has_environment && reader.seen.ambient.is_none() {
         // The environment replaces ambient light.
         let set = reader.builder.set_ambient(0.0);
         debug_assert!(set.is_ok(), "0 is a share");
@@ -119,7 +119,28 @@ pub(super) fn is_obj(text: &[u8]) -> bool {
 
 /// Whether a text is a scene: it has a statement, perhaps misspelt, before any word of OBJ, or only comments.
 pub(super) fn is_scene(text: &[u8]) -> bool {
-    let names = || STATEMENTS.iter().map(|(name, _)| *name);
+    has_statement(text, |word| {
+        is_statement(word) || nearest(word, names()).is_some()
+    })
+}
+
+/// As [`is_scene`], but a misspelt statement does not count: for files with another extension, which hardly are scenes.
+#[cfg(feature = "cli")]
+pub(super) fn is_well_spelt(text: &[u8]) -> bool {
+    has_statement(text, is_statement)
+}
+
+/// The names of the statements.
+fn names() -> impl Iterator<Item = &'static str> {
+    STATEMENTS.iter().map(|(name, _)| *name)
+}
+
+fn is_statement(word: &[u8]) -> bool {
+    names().any(|name| name.as_bytes() == word)
+}
+
+/// Whether a text has a statement before any word of OBJ, or only comments.
+fn has_statement(text: &[u8], is_statement: impl Fn(&[u8]) -> bool) -> bool {
     let mut only_comments = true;
     for line in text.split(|&byte| byte == b'\n') {
         let line = line.trim_ascii();
@@ -130,7 +151,7 @@ pub(super) fn is_scene(text: &[u8]) -> bool {
         if OBJ_WORDS.contains(&word) {
             return false;
         }
-        if names().any(|name| name.as_bytes() == word) || nearest(word, names()).is_some() {
+        if is_statement(word) {
             return true;
         }
         only_comments = false;
@@ -151,15 +172,16 @@ struct Reader<'a> {
     /// Whether colours and textures of meshes with their own materials are decoded.
     own_is_srgb: bool,
     meshes: Meshes,
-    placed: HashSet<Placed>,
+    /// The meshes that are placed, which repetitions do not place again.
+    placements: HashSet<PlacementKey>,
     /// The prototypes of instances.
-    stored: HashMap<Stored, PrototypeId>,
+    prototypes: HashMap<PrototypeKey, PrototypeId>,
     /// How many cameras the meshes have.
     mesh_cameras: usize,
     /// How many notes there are about meshes.
     mesh_notes: usize,
     includes: Includes,
-    said: Said,
+    seen: Seen,
     has_lights: bool,
     has_environment: bool,
     /// Whether the current material ignores light.
@@ -171,12 +193,12 @@ struct Reader<'a> {
     /// How many keyframes there are.
     keyframes: usize,
     /// The name of the last statement of this file.
-    last: &'static str,
+    last_statement: &'static str,
 }
 
 /// The places of statements that a scene has at most once.
 #[derive(Default)]
-struct Said {
+struct Seen {
     background: Option<SourcePos>,
     ambient: Option<SourcePos>,
     smooth_shadows: Option<SourcePos>,
@@ -185,17 +207,17 @@ struct Said {
     cameras: HashMap<Option<String>, SourcePos>,
 }
 
-impl Said {
+impl Seen {
     /// Remembers the place of a statement, and rejects a second one.
     fn once(
-        said: &mut Option<SourcePos>,
+        seen: &mut Option<SourcePos>,
         arguments: &Arguments<'_, '_>,
         what: &str,
     ) -> Result<(), LoadError> {
-        if let Some(first) = said {
+        if let Some(first) = seen {
             return Err(again(arguments, what, first));
         }
-        *said = Some(arguments.line.at(arguments.keyword.start));
+        *seen = Some(arguments.line.at(arguments.keyword.start));
         Ok(())
     }
 }
@@ -213,9 +235,9 @@ impl Reader<'_> {
         }
         let file = Arc::new(name.to_path_buf());
         let folder = name.parent().unwrap_or(Path::new("")).to_path_buf();
-        let outer = std::mem::replace(&mut self.folder, folder);
+        let outer_folder = std::mem::replace(&mut self.folder, folder);
         self.includes.enter(identity, name.to_path_buf());
-        self.last = "";
+        self.last_statement = "";
         let mut rest = text;
         for (i, bytes) in text.split(|&byte| byte == b'\n').enumerate() {
             let number = u32::try_from(i + 1).unwrap_or(u32::MAX);
@@ -228,9 +250,9 @@ impl Reader<'_> {
             })?;
         }
         self.end_motion()?;
-        self.last = "include";
+        self.last_statement = "include";
         self.includes.leave();
-        self.folder = outer;
+        self.folder = outer_folder;
         Ok(())
     }
 
@@ -256,7 +278,7 @@ impl Reader<'_> {
             self.end_motion()?;
         }
         self.statement(Arguments::new(line, *keyword, arguments, statement))?;
-        self.last = statement.0;
+        self.last_statement = statement.0;
         Ok(())
     }
 }

@@ -13,6 +13,8 @@ pub mod benchmark;
 pub mod boxes;
 pub mod budget;
 mod denoise;
+#[cfg(target_os = "linux")]
+mod display;
 mod first_hits;
 mod input;
 pub mod keys;
@@ -168,7 +170,12 @@ impl Display {
     /// # Errors
     /// [`ViewError::NoDisplay`].
     pub fn connect() -> Result<Self, ViewError> {
-        EventLoop::with_user_event()
+        let mut builder = EventLoop::with_user_event();
+        #[cfg(target_os = "linux")]
+        if display::needs_x11() {
+            winit::platform::x11::EventLoopBuilderExtX11::with_x11(&mut builder);
+        }
+        builder
             .build()
             .map(|event_loop| Self { event_loop })
             .map_err(|_| {

@@ -5,6 +5,7 @@ use super::{
     mailbox::Picture,
     screen::{self, Canvas},
 };
+use std::ops::RangeInclusive;
 
 /// Pixels between the edge of the window and a panel, and between panels.
 const MARGIN: usize = 8;
@@ -34,15 +35,36 @@ pub struct Overlay<'a> {
 /// Columns and lines that a panel other than the help should have room for.
 const PANEL: [usize; 2] = [24, 3];
 
-/// How many times the 8 x 8 font is enlarged: to 12 points, smaller if a panel of these columns and lines does not fit
-/// into the window, but to no less than 6 points. A point is 4/3 pixels times the scale factor of the screen.
-fn text_scale([columns, lines]: [usize; 2], [width, height]: [u32; 2], scale_factor: f64) -> usize {
-    let [least, most] = [1.0, 2.0].map(|scale| ((scale * scale_factor).round() as usize).max(1));
+/// How many times the 8 x 8 font is enlarged for panels: to 12 points, smaller in a small window, but to no less than 6
+/// points. A point is 4/3 pixels times the scale factor of the screen.
+fn text_scale(size: [u32; 2], scale_factor: f64) -> usize {
+    let [least, most] = scales(scale_factor);
+    largest_fit(PANEL, size, least..=most)
+}
+
+/// The same for the help, which shrinks until all of it fits into the window.
+fn help_scale(size: [u32; 2], scale_factor: f64) -> usize {
+    let [_, most] = scales(scale_factor);
+    largest_fit(help_size(), size, 1..=most)
+}
+
+/// Those of 6 and 12 points.
+fn scales(scale_factor: f64) -> [usize; 2] {
+    [1.0, 2.0].map(|scale| ((scale * scale_factor).round() as usize).max(1))
+}
+
+/// The largest scale with which a panel of these columns and lines fits into the window; the smallest if none does.
+fn largest_fit(
+    [columns, lines]: [usize; 2],
+    [width, height]: [u32; 2],
+    scales: RangeInclusive<usize>,
+) -> usize {
     let fits = |&scale: &usize| {
         let [w, h] = screen::panel_size(columns, lines, scale);
         w + 2 * MARGIN <= width as usize && h + 2 * MARGIN <= height as usize
     };
-    (least..=most).rev().find(fits).unwrap_or(least)
+    let least = *scales.start();
+    scales.rev().find(fits).unwrap_or(least)
 }
 
 /// Columns and lines of the help.
@@ -54,8 +76,7 @@ fn help_size() -> [usize; 2] {
 /// Draws the panels from the top down, in letters that suit the scale factor of the screen.
 pub fn draw(canvas: &mut Canvas<'_>, scale_factor: f64, overlay: &Overlay<'_>) {
     let size = [canvas.width, canvas.height];
-    let scale = text_scale(PANEL, size, scale_factor);
-    let help_scale = text_scale(help_size(), size, scale_factor);
+    let scale = text_scale(size, scale_factor);
     let mut y = MARGIN;
     let mut show = |text: &str, color: u32, scale: usize| {
         let columns = (canvas.width as usize).saturating_sub(4 * MARGIN) / (8 * scale);
@@ -66,7 +87,7 @@ pub fn draw(canvas: &mut Canvas<'_>, scale_factor: f64, overlay: &Overlay<'_>) {
         show(error, RED, scale);
     }
     if overlay.help {
-        show(&keys::HELP.join("\n"), WHITE, help_scale);
+        show(&keys::HELP.join("\n"), WHITE, help_scale(size, scale_factor));
     }
     for lines in [overlay.figures.as_deref(), overlay.probed].into_iter().flatten() {
         show(&lines.join("\n"), WHITE, scale);

@@ -3,7 +3,7 @@
 use std::{
     fs,
     path::{Path, PathBuf},
-    process::{Child, Command, Output, Stdio},
+    process::{Child, Command, ExitStatus, Output, Stdio},
 };
 use tempfile::TempDir;
 
@@ -170,10 +170,23 @@ pub fn names_in(folder: &Path) -> Vec<String> {
     names
 }
 
+/// The signal that ended a program.
+#[cfg(unix)]
+fn signal_of(status: ExitStatus) -> Option<i32> {
+    std::os::unix::process::ExitStatusExt::signal(&status)
+}
+
+#[cfg(not(unix))]
+fn signal_of(_: ExitStatus) -> Option<i32> {
+    None
+}
+
 /// The result of a run.
 #[derive(Debug)]
 pub struct Run {
     pub code: Option<i32>,
+    /// The signal that ended the program.
+    pub signal: Option<i32>,
     pub stdout: Vec<u8>,
     pub stderr: String,
 }
@@ -182,9 +195,21 @@ impl Run {
     pub fn new(output: Output) -> Self {
         Self {
             code: output.status.code(),
+            signal: signal_of(output.status),
             stdout: output.stdout,
             stderr: String::from_utf8(output.stderr).unwrap(),
         }
+    }
+
+    /// Expects the program to have died of this signal, such as `-INT`, without a word.
+    pub fn died_of(&self, name: &str) {
+        let number = ["-HUP", "-INT"].iter().position(|&other| other == name);
+        let number = number.map_or(15, |number| number as i32 + 1);
+        assert_eq!(
+            (self.code, self.signal, self.stderr.as_str()),
+            (None, Some(number), ""),
+            "{name}: {self:?}"
+        );
     }
 
     /// Expects exit code 0 and nothing on standard error.

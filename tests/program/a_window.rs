@@ -406,10 +406,14 @@ fn it_ends_at_once(screen: &Screen) {
 fn signals_end_it(screen: &Screen) {
     // While a large picture is traced for a file, and another one for the window.
     let size = [700, 500];
-    for (name, exit_code) in [("TERM", 0), ("HUP", 0), ("INT", 130)] {
+    for (name, code, signal) in [
+        ("TERM", Some(0), None),
+        ("HUP", Some(0), None),
+        ("INT", None, Some(2)),
+    ] {
         let mut viewer = Viewer::open(screen, size, &["--mode=scalar"]);
         viewer.keys(&["s", "s", "s"]);
-        viewer.signal(name, exit_code);
+        viewer.signal(name, code, signal);
         only_whole_pictures(&viewer);
     }
     // While pictures are written.

@@ -1,6 +1,6 @@
 //! The config file, completions and manual pages.
 
-use crate::program::Folder;
+use crate::program::{Folder, PROGRAM, Run};
 use std::fs;
 
 const SMALL: &str = "--size=24x16";
@@ -122,6 +122,91 @@ fn errors_name_the_place() {
     );
 }
 
+/// Defaults for meshes leave scenes alone, and a default without the option that it needs has no effect.
+#[test]
+fn defaults_that_do_not_apply_are_skipped() {
+    let folder = Folder::new();
+    folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.run(&["a.scn", SMALL, "-o", "expected.png"]).succeeded();
+    let read = |name| fs::read(folder.path(name)).unwrap();
+    for default in [
+        "from = \"top\"",
+        "ground = true",
+        "environment = \"no.hdr\"",
+        "environment-rotate = 30",
+        "ortho = \"fit\"",
+        "animation = \"walk\"",
+        "animation-time = 1",
+        "point-size = 2",
+        "up-axis = \"x\"",
+        "smooth-angle = 30",
+        "lit-from = [1, 2, 3]",
+        "style = \"clay\"",
+        "tolerance = 2",
+        "allow-pixels = 0.1",
+        "difference = \"d.png\"",
+    ] {
+        folder.write("c.toml", default);
+        folder.run(&["a.scn", SMALL, "--config=c.toml"]).succeeded();
+        assert_eq!(read("a.png"), read("expected.png"), "{default}");
+    }
+    // Typed, they are still refused, and for a mesh they count.
+    folder.write(
+        "c.toml",
+        "ground = true\northo = \"fit\"\nenvironment-rotate = 30\n",
+    );
+    folder.fails(
+        &["a.scn", "--config=c.toml", "--from=top"],
+        2,
+        "--from applies to meshes only",
+    );
+    folder.fails(
+        &["a.scn", "--config=c.toml", "--ground"],
+        2,
+        "--ground applies to meshes only",
+    );
+    folder.fails(&["a.scn", "--environment-rotate=30"], 2, "--environment");
+    folder.run(&["a.obj", SMALL, "--config=c.toml"]).succeeded();
+    folder
+        .run(&["a.obj", SMALL, "--ground", "--ortho=fit", "-o", "same.png"])
+        .succeeded();
+    assert_eq!(read("a.png"), read("same.png"));
+    // A place of the camera that does not frame the mesh, and a light without environments.
+    let eye = ["a.obj", SMALL, "--eye=3,1,2"];
+    folder
+        .run(&[&eye[..], &["--config=c.toml", "-o", "eye.png"]].concat())
+        .succeeded();
+    folder
+        .run(&[&eye[..], &["--ground", "-o", "same.png"]].concat())
+        .succeeded();
+    assert_eq!(read("eye.png"), read("same.png"));
+    folder.write("c.toml", "environment = \"no.hdr\"\n");
+    folder
+        .run(&["a.obj", SMALL, "--config=c.toml", "--style=plain"])
+        .succeeded();
+    folder.fails(&["a.obj", SMALL, "--config=c.toml"], 1, "no.hdr");
+}
+
+/// The calls of a job have only the defaults that apply to their scene.
+#[test]
+fn jobs_of_scenes_have_no_defaults_for_meshes() {
+    let folder = Folder::new();
+    folder.write("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.write(
+        "c.toml",
+        "ground = true\nstyle = \"clay\"\nfrom = \"top\"\northo = \"fit\"\n",
+    );
+    let job = "job --for=parallel --into=farm a.scn b.obj --config=c.toml --tiles=1x1";
+    folder.run_line(job).succeeded();
+    let commands = fs::read_to_string(folder.path("farm/commands.txt")).unwrap();
+    let (of_mesh, of_scene): (Vec<_>, Vec<_>) = commands.lines().partition(|line| line.ends_with("b.obj"));
+    for option in ["--ground", "--style=clay", "--from=top", "--ortho=fit"] {
+        assert!(of_mesh.iter().all(|line| line.contains(option)), "{commands}");
+        assert!(!of_scene.iter().any(|line| line.contains(option)), "{commands}");
+    }
+    assert_eq!((of_mesh.len(), of_scene.len()), (1, 1), "{commands}");
+}
+
 #[test]
 fn completions_for_every_shell() {
     let folder = Folder::new();
@@ -135,6 +220,57 @@ fn completions_for_every_shell() {
     folder.fails(&["completions", "csh"], 2, "bash");
     let run = folder.shell("\"$0\" completions bash > c.sh && bash -n c.sh");
     run.succeeded();
+    // zsh: the first word may be a scene, and options may follow scenes.
+    let script = folder.run(&["completions", "zsh"]);
+    let (before, _) = script.text().split_once("'-h[").unwrap();
+    assert!(before.contains("_octray() {\n    # The first word is a command or a scene"));
+    assert!(before.contains("octray_commands=(render ") && !script.text().contains("\n'*::"));
+    // fish: the last definition of a function counts.
+    let script = folder.run(&["completions", "fish"]);
+    let (_, last) = script
+        .text()
+        .rsplit_once("function __fish_octray_needs_command")
+        .unwrap();
+    assert!(last.contains("contains -- $words[2] render ") && last.contains("echo render"));
+}
+
+/// What bash offers for the last word of a command line.
+fn offered(folder: &Folder, line: &[&str]) -> Vec<String> {
+    const SCRIPT: &str = r#"
+        eval "$("$0" completions bash)"
+        COMP_WORDS=("$@") COMP_CWORD=$(($# - 1)) COMPREPLY=()
+        function=$(complete -p octray); function=${function#*-F }
+        ${function%% *} octray "${COMP_WORDS[COMP_CWORD]}" "${COMP_WORDS[COMP_CWORD - 1]}"
+        printf '%s\n' "${COMPREPLY[@]}""#;
+    let run = folder.any_command("bash", &[&["-c", SCRIPT, PROGRAM], line].concat());
+    let run = Run::new({ run }.output().unwrap());
+    let words = run.text().lines().map(str::to_owned);
+    words.filter(|word| !word.is_empty()).collect()
+}
+
+#[test]
+fn bash_completes_a_scene_without_a_command() {
+    let folder = Folder::new();
+    folder.write("bunny two.ply", "");
+    for (line, expected) in [
+        (&["octray", "b"][..], &["bench", "bunny two.ply"][..]),
+        (&["octray", "a.scn", "--st"], &["--style", "--stats"]),
+        (&["octray", "--st"], &["--style", "--stats"]),
+        (
+            &["octray", "--ground", "bunny two.ply", "--st"],
+            &["--style", "--stats"],
+        ),
+        (&["octray", "a.scn", "--mode", ""], &["packet", "scalar"]),
+        (&["octray", "info", "--js"], &["--json"]),
+        // Left to bash, which completes files.
+        (&["octray", "a.scn", ""], &[]),
+        (&["octray", "render", ""], &[]),
+    ] {
+        assert_eq!(offered(&folder, line), expected, "{line:?}");
+    }
+    let offers = |line: &[&str], word: &str| offered(&folder, line).iter().any(|offer| offer == word);
+    assert!(offers(&["octray", ""], "a.scn") && offers(&["octray", ""], "render"));
+    assert!(offers(&["octray", "man", ""], "merge") && offers(&["octray", "help", ""], "merge"));
 }
 
 #[test]

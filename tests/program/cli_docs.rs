@@ -46,7 +46,7 @@ fn as_markdown(help: &str) -> String {
             line
         };
         made.push('\n');
-        if line == "Examples:" {
+        if matches!(line, "Examples:" | "Example of a config file:") {
             made += "\n```text\n";
             in_examples = true;
         }

@@ -1,4 +1,4 @@
-//! Injected faults: full, read-only and vanished disks, readers that go away, signals, files that change while they are
+//! Injected faults: full, read-only and vanished disks, readers that go away, files that change while they are
 //! read. A picture is complete or not there at all.
 //!
 //! `OCTRAY_LONG=1` changes a larger mesh at more times.
@@ -6,7 +6,7 @@
 
 use crate::{
     long::rounds,
-    program::{Folder, Run, send_signal},
+    program::{Folder, Run},
 };
 use std::{
     fs::{self, OpenOptions},
@@ -192,55 +192,6 @@ fn a_named_pipe_whose_reader_goes_away() {
     let code = fs::read_to_string(folder.path("code")).unwrap();
     assert!(["0", "1"].contains(&code.trim()), "{code}");
     assert_eq!(folder.names(), ["a.scn", "code", "pipe.ppm"]);
-}
-
-/// A billion camera rays.
-const LONG: [&str; 8] = [
-    "a.scn",
-    "--size",
-    "1000x1000",
-    "--samples",
-    "1024",
-    "--mode",
-    "scalar",
-    "--threads=2",
-];
-
-#[test]
-fn signals_leave_nothing() {
-    let folder = Folder::new();
-    for name in ["-INT", "-TERM", "-HUP"] {
-        let child = folder.command(&LONG).spawn().unwrap();
-        sleep(Duration::from_millis(400));
-        let start = Instant::now();
-        send_signal(&child, name);
-        let run = Run::new(child.wait_with_output().unwrap());
-        assert_eq!((run.code, run.stderr.as_str()), (Some(130), ""), "{name}");
-        let took = start.elapsed();
-        assert!(took < Duration::from_secs(5), "{name}: {took:?}");
-        assert_eq!(folder.names(), ["a.scn"], "{name}");
-    }
-}
-
-#[test]
-fn a_signal_while_generating_leaves_no_partial_file() {
-    let folder = Folder::new();
-    for wait in [100, 400, 1200] {
-        let child = folder
-            .command(&["generate", "terrain", "--count", "2000000"])
-            .spawn()
-            .unwrap();
-        sleep(Duration::from_millis(wait));
-        send_signal(&child, "-TERM");
-        let run = Run::new(child.wait_with_output().unwrap());
-        assert!([Some(130), Some(0)].contains(&run.code), "{run:?}");
-        for name in folder.names() {
-            assert!(
-                ["a.scn", "terrain.ply", "terrain.scn"].contains(&&*name),
-                "{name}"
-            );
-        }
-    }
 }
 
 #[test]

@@ -26,6 +26,7 @@ mod environments;
 mod faults;
 mod inputs_kept;
 mod job;
+mod json;
 mod left_out;
 mod levels;
 mod limits;
@@ -42,5 +43,6 @@ mod playback;
 mod points;
 mod poses;
 mod sheets;
+mod signals;
 #[cfg(target_os = "linux")]
 mod strangers;

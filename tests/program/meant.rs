@@ -174,6 +174,66 @@ fn models_that_are_not_read() {
     }
     folder.write("a.step", "ISO-10303-21;\n");
     folder.fails(&["a.step"], 1, "a.step: this is a STEP file, which octray does not read; convert it to glTF (.glb), for example with FreeCAD");
+    for (name, text, words) in [
+        (
+            "a.pcd",
+            "# .PCD v0.7\n",
+            "a PCD point cloud, which octray does not read; convert it to PLY, for example with CloudCompare",
+        ),
+        ("cloud", "# .PCD v0.7\n", "a PCD point cloud"),
+        ("a.las", "LASF\0\0", "a LAS point cloud"),
+        ("a.laz", "LASF\0\0", "a LAS point cloud"),
+        ("a.e57", "ASTM-E57", "an E57 point cloud"),
+        ("a.xyz", "1 2 3\n", "an XYZ point cloud"),
+        ("a.pts", "1\n1 2 3\n", "a PTS point cloud"),
+        (
+            "a.splat",
+            "\0\0",
+            "a file of Gaussian splats, which octray does not read; convert it to PLY",
+        ),
+        (
+            "a.dxf",
+            "0\nSECTION\n",
+            "a DXF drawing, which octray does not read; convert it to glTF (.glb), for example with FreeCAD",
+        ),
+        ("a.dwg", "AC1032", "a DWG drawing"),
+        ("a.brep", "DBRep_DrawableShape\n", "an Open CASCADE file"),
+        ("a.sldprt", "\0", "a SolidWorks file"),
+        (
+            "a.amf",
+            "<?xml version=\"1.0\"?>",
+            "an AMF file, which octray does not read; convert it to 3MF",
+        ),
+        (
+            "a.msh",
+            "$MeshFormat\n",
+            "a Gmsh mesh, which octray does not read; convert it to STL or PLY, for example with Gmsh",
+        ),
+        ("b.msh", "MSH 2\n", "a Gmsh mesh"),
+    ] {
+        folder.write(name, text);
+        folder.fails(&[name], 1, &format!("{name}: this is {words}"));
+    }
+}
+
+/// A misspelt statement makes no scene of a file with an extension of its own; a text may be one.
+#[test]
+fn other_files_get_no_suggestions_of_statements() {
+    let folder = Folder::new();
+    for name in ["a.mesh", "a.dat", "a.neu"] {
+        folder.write(name, "MSH 2\nnodes 3\n");
+        folder.fails(
+            &[name],
+            1,
+            &format!("{name}: unknown file type, expected a scene (.scn) or a mesh"),
+        );
+    }
+    folder.write("scene", "MSH 2\n");
+    let run = folder.run(&["scene"]);
+    assert_contains(&run.stderr, &["did you mean `mesh`?"]);
+    folder.write("scene.dat", "light 3 -2 5 0.7\nsphre 0 0 0 1\n");
+    let run = folder.run(&["scene.dat"]);
+    assert_contains(&run.stderr, &["did you mean `sphere`?"]);
 }
 
 #[test]
@@ -246,6 +306,21 @@ fn commands_and_inputs() {
     folder.fails(&["-version"], 2, "write --version");
     folder.fails(&["help", "rendr"], 2, "'render'");
     folder.fails(&["help", "nonsense"], 2, "nonsense");
+    folder.fails(
+        &["help", "render", "view"],
+        2,
+        "error: `octray help` takes one command, such as octray help render",
+    );
+    folder.fails(&["help", "nonsense", "view"], 2, "nonsense");
+    let help = folder.run(&["help"]);
+    for arguments in ["help --help", "help -h"] {
+        assert_eq!(folder.run_line(arguments).succeeded().text(), help.text());
+    }
+    let help = folder.run(&["help", "merge"]);
+    assert_eq!(
+        folder.run_line("help merge --help").succeeded().text(),
+        help.text()
+    );
     fs::create_dir(folder.path("scenes")).unwrap();
     folder.fails(
         &["scenes"],

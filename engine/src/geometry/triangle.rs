@@ -65,7 +65,7 @@ pub(crate) fn may_hit<V: EightLanes>(
     let longest_squared = e1.dot_about(e1).max(e2.dot_about(e2)).max(least);
     let both_squared = longest_squared + a.dot_about(a);
     let size = (longest_squared * 8.0 * both_squared).max(least).sqrt();
-    let smallest = u.turn(flip).min(v.turn(flip)).min(w.turn(flip));
+    let smallest = u.flip_signs(flip).min(v.flip_signs(flip)).min(w.flip_signs(flip));
     (unknown.bits() | !smallest.lt(size * -MAY_HIT).bits()) & 0xff
 }
 
@@ -188,9 +188,9 @@ impl<V: Lanes> EdgeFunctions<V> {
         let tolerance = edges.size(a.dot_about(a)) * CANDIDATE_SLACK;
         let [u, v, w] = edge_functions([edges.u, edges.v, edges.w], [a, b, c]);
         Self {
-            functions: [u.turn(flip), v.turn(flip), w.turn(flip)],
-            normal: edges.normal.turn(flip),
-            plane: plane.turn(flip),
+            functions: [u.flip_signs(flip), v.flip_signs(flip), w.flip_signs(flip)],
+            normal: edges.normal.flip_signs(flip),
+            plane: plane.flip_signs(flip),
             tolerance: V::select(unknown, plane.all(f32::INFINITY), tolerance),
         }
     }

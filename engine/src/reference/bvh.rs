@@ -1,4 +1,4 @@
-//! The scalar baseline: traces one ray through the binary BVH, nearer child first.
+//! The scalar baseline: traces one ray at a time through the binary BVH, the nearer child first.
 
 use super::{Passing, RaySlabs, instances::Met, intersect_shape, planes, shade::Intersect};
 use crate::{
@@ -8,16 +8,17 @@ use crate::{
     simd::{Level, Simd, at_level},
 };
 
-/// The traversal stacks, reused from ray to ray.
+/// The traversal stacks, reused from ray to ray. An entry is a node and the t at which the ray enters it.
 #[derive(Debug, Default)]
 pub struct Stack {
-    own: Vec<(u32, f32)>,
-    /// Within an instance.
-    inside: Vec<(u32, f32)>,
+    /// In the scene's own BVH, or in that of the instances.
+    outer: Vec<(u32, f32)>,
+    /// In the BVH of an instance's prototype.
+    inner: Vec<(u32, f32)>,
 }
 
-/// Visits the leaves that the ray enters before the current limit of t. `leaf` gets a range of primitives or instances and
-/// returns the new limit, or `None` to stop.
+/// Visits the leaves that the ray enters before its current end, `t_max` at first. `leaf` gets a range of primitives or
+/// instances and returns the new end, or `None` to stop.
 #[inline(always)]
 fn traverse(
     nodes: &[BinaryNode],
@@ -80,14 +81,14 @@ fn traverse(
     }
 }
 
-/// Everything that rays can hit in a scene: the binary BVH, planes and instances, without cut-outs.
+/// Everything that rays can hit in a scene: the binary BVH, planes and instances. Rays pass through cut-outs.
 #[doc(hidden)]
 pub struct OverScene<'a> {
     scene: &'a Scene,
     bvh: &'a BinaryBvh,
     stack: Stack,
     level: Level,
-    /// The scene, if parts of its surfaces are cut out.
+    /// The scene, if rays pass through parts of its surfaces.
     cut_outs: Option<&'a Scene>,
 }
 
@@ -141,7 +142,7 @@ pub fn closest_hit(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> SceneHit {
     closest_hit_at(Level::current(), bvh, stack, ray, Passing::Nowhere)
 }
 
-/// [`closest_hit`] at a level, with surfaces that rays pass.
+/// [`closest_hit`] at a level; `passing` are the surfaces that rays pass through.
 fn closest_hit_at(
     level: Level,
     bvh: &BinaryBvh,
@@ -150,7 +151,7 @@ fn closest_hit_at(
     passing: Passing<'_>,
 ) -> SceneHit {
     at_level!(level, |simd| {
-        let best = closest(simd, bvh, &mut stack.own, ray, passing).into();
+        let best = closest(simd, bvh, &mut stack.outer, ray, passing).into();
         match &bvh.instances {
             Some(instances) => closest_of_instances(simd, instances, stack, ray, best, passing),
             None => best,
@@ -158,7 +159,7 @@ fn closest_hit_at(
     })
 }
 
-/// Replaces `best` by a nearer hit of an instance.
+/// Returns the closest hit of the instances if it is nearer than `best`, else `best`.
 #[inline(always)]
 fn closest_of_instances<S: Simd>(
     simd: S,
@@ -170,19 +171,19 @@ fn closest_of_instances<S: Simd>(
 ) -> SceneHit {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
-    let Stack { own, inside } = stack;
+    let Stack { outer, inner } = stack;
     traverse(
         &over.nodes,
         &slabs,
         best.t,
-        own,
+        outer,
         #[inline(always)]
         |range| {
             for i in range {
                 let (id, instance) = &over.instances[i];
                 if let Some(met) = Met::new(instance, *id, over.boxes[i], ray, &slabs) {
                     let prototype = &over.prototypes[met.prototype.0 as usize];
-                    let hit = closest(simd, prototype, inside, &met.up_to(best.t), passing);
+                    let hit = closest(simd, prototype, inner, &met.up_to(best.t), passing);
                     met.offer(&hit, &mut best);
                 }
             }
@@ -230,7 +231,7 @@ pub fn occluded(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> bool {
     occluded_at(Level::current(), bvh, stack, ray, None)
 }
 
-/// [`occluded`] at a level. Rays pass where surfaces of the scene `cut_outs` let ambient light pass.
+/// [`occluded`] at a level. Rays pass through what lets ambient light pass in the scene `cut_outs`.
 fn occluded_at(
     level: Level,
     bvh: &BinaryBvh,
@@ -240,7 +241,7 @@ fn occluded_at(
 ) -> bool {
     let passing = Passing::of(cut_outs, Passing::Light);
     at_level!(level, |simd| {
-        any(simd, bvh, &mut stack.own, ray, passing)
+        any(simd, bvh, &mut stack.outer, ray, passing)
             || bvh.instances.as_ref().is_some_and(|instances| {
                 let miss = SceneHit::miss(ray.or_nothing().t_max);
                 closest_of_instances(simd, instances, stack, ray, miss, passing).is_hit()

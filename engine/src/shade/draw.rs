@@ -68,7 +68,7 @@ pub(crate) fn disc<S: Simd>(simd: S, [u, v]: [S::V8; 2]) -> [S::V8; 2] {
 #[inline(always)]
 pub(super) fn around<S: Simd>(simd: S, axis: Vec3Eight<S>, [x, y, z]: [S::V8; 3]) -> Vec3Eight<S> {
     let one = simd.splat(1.0);
-    let sign = one.turn(axis.z.sign());
+    let sign = one.flip_signs(axis.z.sign());
     let a = -one / (sign + axis.z);
     let b = axis.x * axis.y * a;
     let across = Vec3Lanes::new(one + sign * axis.x * axis.x * a, sign * b, -(sign * axis.x));

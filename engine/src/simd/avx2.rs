@@ -132,7 +132,7 @@ impl<T: HasAvx2> Neg for V8<T> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        self.turn(self.all(-0.0))
+        self.flip_signs(self.all(-0.0))
     }
 }
 
@@ -228,11 +228,11 @@ impl<T: HasAvx2> Lanes for V8<T> {
         avx2!(Self, self.1, _mm256_fmsub_ps(self.0, b.0, c.0))
     }
     #[inline(always)]
-    fn mul_add_about(self, b: Self, c: Self) -> Self {
+    fn mul_add_approx(self, b: Self, c: Self) -> Self {
         self.mul_add(b, c)
     }
     #[inline(always)]
-    fn mul_sub_about(self, b: Self, c: Self) -> Self {
+    fn mul_sub_approx(self, b: Self, c: Self) -> Self {
         self.mul_sub(b, c)
     }
     #[inline(always)]
@@ -260,7 +260,7 @@ impl<T: HasAvx2> Lanes for V8<T> {
         Mask8(self.0, self.1).bits()
     }
     #[inline(always)]
-    fn turn(self, sign: Self) -> Self {
+    fn flip_signs(self, sign: Self) -> Self {
         avx2!(Self, self.1, _mm256_xor_ps(self.0, sign.0))
     }
     #[inline(always)]

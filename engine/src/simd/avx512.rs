@@ -144,7 +144,7 @@ impl Neg for V16 {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        self.turn(self.all(-0.0))
+        self.flip_signs(self.all(-0.0))
     }
 }
 
@@ -296,11 +296,11 @@ impl Lanes for V16 {
         avx512!(self.1, _mm512_fmsub_ps(self.0, b.0, c.0))
     }
     #[inline(always)]
-    fn mul_add_about(self, b: Self, c: Self) -> Self {
+    fn mul_add_approx(self, b: Self, c: Self) -> Self {
         self.mul_add(b, c)
     }
     #[inline(always)]
-    fn mul_sub_about(self, b: Self, c: Self) -> Self {
+    fn mul_sub_approx(self, b: Self, c: Self) -> Self {
         self.mul_sub(b, c)
     }
     #[inline(always)]
@@ -328,7 +328,7 @@ impl Lanes for V16 {
         mask16!(_mm512_movepi32_mask(_mm512_castps_si512(self.0))).bits()
     }
     #[inline(always)]
-    fn turn(self, sign: Self) -> Self {
+    fn flip_signs(self, sign: Self) -> Self {
         avx512!(self.1, _mm512_xor_ps(self.0, sign.0))
     }
     #[inline(always)]

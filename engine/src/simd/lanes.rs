@@ -67,10 +67,10 @@ pub trait Lanes:
     fn mul_sub(self, b: Self, c: Self) -> Self;
     /// Returns `self * b + c`, rounded once or twice, whichever is faster on the CPU. Only for culling.
     #[must_use]
-    fn mul_add_about(self, b: Self, c: Self) -> Self;
-    /// Returns `self * b - c`, like [`mul_add_about`](Self::mul_add_about).
+    fn mul_add_approx(self, b: Self, c: Self) -> Self;
+    /// Returns `self * b - c`, like [`mul_add_approx`](Self::mul_add_approx).
     #[must_use]
-    fn mul_sub_about(self, b: Self, c: Self) -> Self;
+    fn mul_sub_approx(self, b: Self, c: Self) -> Self;
     /// Returns the smaller of two lanes, by comparison: `b` if either is NaN. See [`math::min`](crate::math::min).
     #[must_use]
     fn min(self, b: Self) -> Self;
@@ -88,15 +88,15 @@ pub trait Lanes:
     fn sign_bits(self) -> u32;
     /// Returns the lanes with signs flipped where `sign` is negative; `sign` has only sign bits.
     #[must_use]
-    fn turn(self, sign: Self) -> Self;
+    fn flip_signs(self, sign: Self) -> Self;
     fn lt(self, b: Self) -> Self::Mask;
     fn le(self, b: Self) -> Self::Mask;
     fn gt(self, b: Self) -> Self::Mask;
     fn ge(self, b: Self) -> Self::Mask;
     fn eq(self, b: Self) -> Self::Mask;
-    /// Returns those of `lanes` that are not less: NaN is not.
+    /// Returns which of `lanes` are not less than `b`; NaN counts as not less.
     fn not_lt(self, b: Self, lanes: Self::Mask) -> Self::Mask;
-    /// Returns those of `lanes` that are not greater: NaN is not.
+    /// Returns which of `lanes` are not greater than `b`; NaN counts as not greater.
     fn not_gt(self, b: Self, lanes: Self::Mask) -> Self::Mask;
     /// Returns `if_true` where set, else `if_false`.
     #[must_use]

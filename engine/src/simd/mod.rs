@@ -11,7 +11,7 @@
 //! CPU lacks. [`at_level!`] enters the code that is compiled for a level; below it everything is inlined.
 //!
 //! A lane's arithmetic depends neither on the level nor on the number of lanes: all give the same bits. Only culling may
-//! use [`Lanes::mul_add_about`].
+//! use [`Lanes::mul_add_approx`].
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;

@@ -210,12 +210,12 @@ impl<H: Half> Lanes for Pair<H> {
         self.with_both(b, c, H::mul_sub)
     }
     #[inline(always)]
-    fn mul_add_about(self, b: Self, c: Self) -> Self {
-        self.with_both(b, c, H::mul_add_about)
+    fn mul_add_approx(self, b: Self, c: Self) -> Self {
+        self.with_both(b, c, H::mul_add_approx)
     }
     #[inline(always)]
-    fn mul_sub_about(self, b: Self, c: Self) -> Self {
-        self.with_both(b, c, H::mul_sub_about)
+    fn mul_sub_approx(self, b: Self, c: Self) -> Self {
+        self.with_both(b, c, H::mul_sub_approx)
     }
     #[inline(always)]
     fn min(self, b: Self) -> Self {
@@ -243,8 +243,8 @@ impl<H: Half> Lanes for Pair<H> {
         low.sign_bits() | high.sign_bits() << H::COUNT
     }
     #[inline(always)]
-    fn turn(self, sign: Self) -> Self {
-        self.with(sign, H::turn)
+    fn flip_signs(self, sign: Self) -> Self {
+        self.with(sign, H::flip_signs)
     }
     #[inline(always)]
     fn lt(self, b: Self) -> PairMask<H> {

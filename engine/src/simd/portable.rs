@@ -153,7 +153,7 @@ impl Lanes for V8 {
         self.mul_add(b, -c)
     }
     #[inline(always)]
-    fn mul_add_about(self, b: Self, c: Self) -> Self {
+    fn mul_add_approx(self, b: Self, c: Self) -> Self {
         if fused::IS_COMPILED_IN {
             self.mul_add(b, c)
         } else {
@@ -161,7 +161,7 @@ impl Lanes for V8 {
         }
     }
     #[inline(always)]
-    fn mul_sub_about(self, b: Self, c: Self) -> Self {
+    fn mul_sub_approx(self, b: Self, c: Self) -> Self {
         if fused::IS_COMPILED_IN {
             self.mul_sub(b, c)
         } else {
@@ -201,7 +201,7 @@ impl Lanes for V8 {
         self.0.to_bitmask()
     }
     #[inline(always)]
-    fn turn(self, sign: Self) -> Self {
+    fn flip_signs(self, sign: Self) -> Self {
         Self(self.0 ^ sign.0)
     }
     #[inline(always)]

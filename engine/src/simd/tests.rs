@@ -115,7 +115,7 @@ fn eights_are_as_eight_lanes<V: Lanes>(simd: V::Simd) {
         same!(|a, _b, _c| Lanes::abs(a));
         same!(|a, _b, _c| Lanes::sqrt(Lanes::abs(a)));
         same!(|a, _b, _c| Lanes::sign(a));
-        same!(|a, b, _c| Lanes::turn(a, Lanes::sign(b)));
+        same!(|a, b, _c| Lanes::flip_signs(a, Lanes::sign(b)));
         same!(|a, b, c| Lanes::select(Lanes::lt(a, b), b, c));
         same!(|a, b, c| Lanes::select(Lanes::le(a, b) & Lanes::gt(b, c), b, c));
         same!(|a, b, c| Lanes::select(Lanes::ge(a, b) | Lanes::lt(b, c), b, c));

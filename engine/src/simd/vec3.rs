@@ -91,8 +91,12 @@ impl<V: Lanes> Vec3Lanes<V> {
     /// Returns the vectors with signs flipped where `sign` is negative.
     #[inline(always)]
     #[must_use]
-    pub fn turn(self, sign: V) -> Self {
-        Self::new(self.x.turn(sign), self.y.turn(sign), self.z.turn(sign))
+    pub fn flip_signs(self, sign: V) -> Self {
+        Self::new(
+            self.x.flip_signs(sign),
+            self.y.flip_signs(sign),
+            self.z.flip_signs(sign),
+        )
     }
 
     /// Returns the dot product; as [`Simd::dot`].
@@ -113,21 +117,22 @@ impl<V: Lanes> Vec3Lanes<V> {
         }
     }
 
-    /// Returns the dot product, only for culling: see [`Lanes::mul_add_about`].
+    /// Returns the dot product, only for culling: see [`Lanes::mul_add_approx`].
     #[inline(always)]
     #[must_use]
     pub fn dot_about(self, b: Self) -> V {
-        self.x.mul_add_about(b.x, self.y.mul_add_about(b.y, self.z * b.z))
+        self.x
+            .mul_add_approx(b.x, self.y.mul_add_approx(b.y, self.z * b.z))
     }
 
-    /// Returns the cross product, only for culling: see [`Lanes::mul_add_about`].
+    /// Returns the cross product, only for culling: see [`Lanes::mul_add_approx`].
     #[inline(always)]
     #[must_use]
     pub fn cross_about(self, b: Self) -> Self {
         Self {
-            x: self.y.mul_sub_about(b.z, self.z * b.y),
-            y: self.z.mul_sub_about(b.x, self.x * b.z),
-            z: self.x.mul_sub_about(b.y, self.y * b.x),
+            x: self.y.mul_sub_approx(b.z, self.z * b.y),
+            y: self.z.mul_sub_approx(b.x, self.x * b.z),
+            z: self.x.mul_sub_approx(b.y, self.y * b.x),
         }
     }
 
@@ -137,9 +142,9 @@ impl<V: Lanes> Vec3Lanes<V> {
     pub fn permanent(self, b: Self) -> Self {
         let (a, b) = (self.abs(), b.abs());
         Self {
-            x: a.y.mul_add_about(b.z, a.z * b.y),
-            y: a.z.mul_add_about(b.x, a.x * b.z),
-            z: a.x.mul_add_about(b.y, a.y * b.x),
+            x: a.y.mul_add_approx(b.z, a.z * b.y),
+            y: a.z.mul_add_approx(b.x, a.x * b.z),
+            z: a.x.mul_add_approx(b.y, a.y * b.x),
         }
     }
 

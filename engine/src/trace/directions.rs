@@ -65,13 +65,13 @@ impl<V: Lanes> Directions<V> {
     /// The largest dot product of `e` with a direction.
     #[inline(always)]
     fn largest(&self, e: Vec3Lanes<V>) -> V {
-        let x = self.half.x.mul_add_about(e.x.abs(), self.middle.x * e.x);
+        let x = self.half.x.mul_add_approx(e.x.abs(), self.middle.x * e.x);
         let y = self
             .half
             .y
-            .mul_add_about(e.y.abs(), self.middle.y.mul_add_about(e.y, x));
+            .mul_add_approx(e.y.abs(), self.middle.y.mul_add_approx(e.y, x));
         self.half
             .z
-            .mul_add_about(e.z.abs(), self.middle.z.mul_add_about(e.z, y))
+            .mul_add_approx(e.z.abs(), self.middle.z.mul_add_approx(e.z, y))
     }
 }

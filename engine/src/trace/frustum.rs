@@ -328,7 +328,7 @@ impl<V8: EightLanes> Frustum<V8> {
         let seen = Seen {
             q_near: near,
             q_middle: (near + far) * 0.5,
-            q_half: far.mul_add_about(V8::splat(simd, HALF_ERROR), (far - near) * 0.5),
+            q_half: far.mul_add_approx(V8::splat(simd, HALF_ERROR), (far - near) * 0.5),
             i_lower: planes[i] - V8::splat(simd, origin_upper[i]),
             i_upper: planes[i + 3] - V8::splat(simd, origin_lower[i]),
             j_lower: planes[j] - V8::splat(simd, origin_upper[j]),

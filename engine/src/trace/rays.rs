@@ -246,7 +246,7 @@ impl<M: Memory> Packet<M> {
 #[inline(always)]
 pub(super) fn reciprocal<V: Lanes>(d: V) -> V {
     let least = d.all(MIN_ABS_DIRECTION);
-    d.all(1.0) / V::select(d.abs().lt(least), least.turn(d.sign()), d)
+    d.all(1.0) / V::select(d.abs().lt(least), least.flip_signs(d.sign()), d)
 }
 
 /// Whether any of eight rays can hit something.

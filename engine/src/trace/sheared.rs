@@ -132,11 +132,11 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
         ];
         let bounds = interval::<V>(state, vector(&first, i) - o, vector(&last, i) - o, culling);
         // Flipped before the product, as elsewhere: the sign of a determinant of 0 depends on it.
-        let determinant = d.dot(normal.turn(flip));
+        let determinant = d.dot(normal.flip_signs(flip));
         let test = TriangleTest::new(
-            [u.turn(flip), v.turn(flip), w.turn(flip)],
+            [u.flip_signs(flip), v.flip_signs(flip), w.flip_signs(flip)],
             tolerance,
-            (plane.turn(flip), determinant),
+            (plane.flip_signs(flip), determinant),
             bounds,
         );
         let hit = hit::<B, V, ANY>(state, stored, i, &test);
@@ -247,8 +247,8 @@ impl<M: Memory> ShearedPacket<M> {
         let minus_b = V::load(simd, &packet.direction[j]) * minus_inv;
         minus_a.store(&mut self.minus_a);
         minus_b.store(&mut self.minus_b);
-        minus_a.mul_add_about(o_k, o_i).store(&mut self.p);
-        minus_b.mul_add_about(o_k, o_j).store(&mut self.q);
+        minus_a.mul_add_approx(o_k, o_i).store(&mut self.p);
+        minus_b.mul_add_approx(o_k, o_j).store(&mut self.q);
     }
 
     /// In registers.
@@ -278,8 +278,8 @@ impl<V: Lanes> ShearedRays<V> {
     fn sheared<E: EightLanes>(&self, [i, j, k]: &[E; 3], n: usize) -> [V; 2] {
         let along = self.p.all(k.lane(n));
         [
-            self.minus_a.mul_add_about(along, self.p.all(i.lane(n))),
-            self.minus_b.mul_add_about(along, self.p.all(j.lane(n))),
+            self.minus_a.mul_add_approx(along, self.p.all(i.lane(n))),
+            self.minus_b.mul_add_approx(along, self.p.all(j.lane(n))),
         ]
     }
 
@@ -290,11 +290,11 @@ impl<V: Lanes> ShearedRays<V> {
         let [e2_i, e2_j] = self.sheared(&seen.e2, n);
         let [i, j, k] = &seen.v0;
         let along = self.p.all(k.lane(n));
-        let v0_i = self.minus_a.mul_add_about(along, along.all(i.lane(n)) - self.p);
-        let v0_j = self.minus_b.mul_add_about(along, along.all(j.lane(n)) - self.q);
-        let u = e2_i.mul_sub_about(v0_j, e2_j * v0_i);
-        let v = v0_i.mul_sub_about(e1_j, v0_j * e1_i);
-        let w = e1_i.mul_sub_about(e2_j, e1_j * e2_i) - u - v;
+        let v0_i = self.minus_a.mul_add_approx(along, along.all(i.lane(n)) - self.p);
+        let v0_j = self.minus_b.mul_add_approx(along, along.all(j.lane(n)) - self.q);
+        let u = e2_i.mul_sub_approx(v0_j, e2_j * v0_i);
+        let v = v0_i.mul_sub_approx(e1_j, v0_j * e1_i);
+        let w = e1_i.mul_sub_approx(e2_j, e1_j * e2_i) - u - v;
         let lowest = along.all(seen.lowest.lane(n));
         let highest = along.all(seen.highest.lane(n));
         [
@@ -327,9 +327,9 @@ impl<E: EightLanes> SeenTriangles<E> {
         let a = columns(*v0 - point, space);
         let extent = v0.x.all(space.extent);
         // (x + y)^2 is at most 2 (x^2 + y^2).
-        let distance_squared = a[2].mul_add_about(a[2], extent * extent);
-        let distance_squared = a[1].mul_add_about(a[1], distance_squared);
-        let distance_squared = a[0].mul_add_about(a[0], distance_squared);
+        let distance_squared = a[2].mul_add_approx(a[2], extent * extent);
+        let distance_squared = a[1].mul_add_approx(a[1], distance_squared);
+        let distance_squared = a[0].mul_add_approx(a[0], distance_squared);
         let size = edges.size(distance_squared + distance_squared);
         let highest = size * space.slack;
         Self {

@@ -109,8 +109,8 @@ impl SingleRay {
     fn planes<S: Simd>(&self, simd: S, node: &Node8, axis: usize) -> (S::V8, S::V8) {
         let inv = simd.splat(self.inv[axis]);
         let (lower, upper) = (simd.load(&node.planes[axis]), simd.load(&node.planes[axis + 3]));
-        let lower = lower.mul_add_about(inv, simd.splat(self.lower_offset[axis]));
-        let upper = upper.mul_add_about(inv, simd.splat(self.upper_offset[axis]));
+        let lower = lower.mul_add_approx(inv, simd.splat(self.lower_offset[axis]));
+        let upper = upper.mul_add_approx(inv, simd.splat(self.upper_offset[axis]));
         (lower.min(upper), lower.max(upper))
     }
 

@@ -157,9 +157,18 @@ impl<V: Lanes> Slabs<V> {
         let Self { inv, offset, t } = self;
         let (lower, upper) = corners::<V>(t.simd(), planes, c);
         let [x0, y0, z0, x1, y1, z1] = *offset;
-        let (x0, x1) = (lower.x.mul_add_about(inv.x, x0), upper.x.mul_add_about(inv.x, x1));
-        let (y0, y1) = (lower.y.mul_add_about(inv.y, y0), upper.y.mul_add_about(inv.y, y1));
-        let (z0, z1) = (lower.z.mul_add_about(inv.z, z0), upper.z.mul_add_about(inv.z, z1));
+        let (x0, x1) = (
+            lower.x.mul_add_approx(inv.x, x0),
+            upper.x.mul_add_approx(inv.x, x1),
+        );
+        let (y0, y1) = (
+            lower.y.mul_add_approx(inv.y, y0),
+            upper.y.mul_add_approx(inv.y, y1),
+        );
+        let (z0, z1) = (
+            lower.z.mul_add_approx(inv.z, z0),
+            upper.z.mul_add_approx(inv.z, z1),
+        );
         let zero = t.all(0.0);
         let (near, far) = if ONE_OCTANT {
             (x0.max(y0).max(z0.max(zero)), x1.min(y1).min(z1.min(*t)))

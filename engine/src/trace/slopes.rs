@@ -69,10 +69,10 @@ impl<V: Lanes> Range<V> {
         let (middle, half) = (seen.q_middle, seen.q_half);
         let above = self
             .minus_high
-            .mul_add_about(middle, self.minus_abs_high.mul_add_about(half, lower));
+            .mul_add_approx(middle, self.minus_abs_high.mul_add_approx(half, lower));
         let below = self
             .low
-            .mul_add_about(middle, self.minus_abs_low.mul_sub_about(half, upper));
+            .mul_add_approx(middle, self.minus_abs_low.mul_sub_approx(half, upper));
         above.max(below)
     }
 }

@@ -80,7 +80,7 @@ impl NodeRay {
     fn enter<S: Simd>(&self, simd: S, node: &Node8, t_max: f32) -> (u32, S::V8) {
         let at = |planes: &[usize; 3], axis: usize, inv: &Vec3, offset: &Vec3| {
             let plane = simd.load(&node.planes[planes[axis] % 6]);
-            plane.mul_add_about(simd.splat(inv[axis]), simd.splat(offset[axis]))
+            plane.mul_add_approx(simd.splat(inv[axis]), simd.splat(offset[axis]))
         };
         let near = |axis| at(&self.first, axis, &self.first_inv, &self.first_offset);
         let far = |axis| at(&self.last, axis, &self.last_inv, &self.last_offset);

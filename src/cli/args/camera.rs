@@ -152,6 +152,7 @@ impl CameraArgs {
             fits_ortho: self.ortho == Some(Ortho::Fit),
             aperture: self.aperture,
             focus: self.focus,
+            defaults: Vec::new(),
         }
     }
 }

@@ -9,7 +9,11 @@ use crate::{
     error::{LoadError, clip, io_reason},
     format,
 };
-use clap::{Arg, ArgAction, ArgMatches, Args, Command, error::ErrorKind, parser::ValueSource};
+use clap::{
+    Arg, ArgAction, ArgMatches, Args, Command,
+    error::{ContextKind, ContextValue, ErrorKind},
+    parser::ValueSource,
+};
 use std::{
     env,
     ffi::OsString,
@@ -73,13 +77,17 @@ pub fn with_defaults(
     let file = File { path, text: &text };
     let defaults = file.defaults()?;
     let given = |id: &str| matches.value_source(id) == Some(ValueSource::CommandLine);
-    let kept = defaults.into_iter().filter(|default| {
+    let applies = |default: &&Setting| {
         // The command line wins, also over options that it excludes.
         !given(&default.id)
             && !default.excludes.iter().any(|id| given(id))
             && !ignored.contains(&default.id.as_str())
-    });
-    let kept = kept.filter_map(|default| Some((default.argument?, default.id)));
+            && default.argument.is_some()
+    };
+    let usable: Vec<&Setting> = defaults.iter().filter(applies).collect();
+    let is_there = |id: &String| given(id) || usable.iter().any(|other| other.id == *id);
+    let kept = usable.iter().filter(|default| default.needs.iter().all(is_there));
+    let kept = kept.filter_map(|default| Some((default.argument.clone()?, default.id.clone())));
     let (added, options): (Vec<_>, Vec<_>) = kept.unzip();
     // After the names of the program and the command.
     let (command, rest) = arguments.split_at(2);
@@ -120,6 +128,8 @@ struct Setting {
     id: String,
     /// Options that conflict with it.
     excludes: Vec<String>,
+    /// Options without which it has no effect.
+    needs: Vec<String>,
     /// `None` for a switch that is off.
     argument: Option<OsString>,
     key: Range<usize>,
@@ -187,12 +197,14 @@ impl File<'_> {
                 Some(format!("--{key}={text}"))
             }
         };
-        if let Some(argument) = &argument {
-            check(render, argument).map_err(|message| fault(&message))?;
-        }
+        let needs = match &argument {
+            Some(argument) => check(render, argument).map_err(|message| fault(&message))?,
+            None => Vec::new(),
+        };
         Ok(Setting {
             id: option.get_id().to_string(),
             excludes: excluded(render, option),
+            needs,
             argument: argument.map(OsString::from),
             key: span,
         })
@@ -254,8 +266,8 @@ fn text(value: &DeValue<'_>) -> Option<String> {
     })
 }
 
-/// Checks the value of an argument of `render`.
-fn check(render: &Command, argument: &str) -> Result<(), String> {
+/// Checks the value of an argument of `render`. Returns the options that it needs.
+fn check(render: &Command, argument: &str) -> Result<Vec<String>, String> {
     let parsed = |argument: &str| {
         render
             .clone()
@@ -263,9 +275,8 @@ fn check(render: &Command, argument: &str) -> Result<(), String> {
     };
     // The message repeats the value, from which clap would take escape sequences out.
     match parsed(argument).map_err(|error| parsed(&clip(argument)).err().unwrap_or(error)) {
-        Ok(_) => Ok(()),
-        // Another option may come from the command line.
-        Err(error) if error.kind() == ErrorKind::MissingRequiredArgument => Ok(()),
+        Ok(_) => Ok(Vec::new()),
+        Err(error) if error.kind() == ErrorKind::MissingRequiredArgument => Ok(missing(render, &error)),
         Err(error) => {
             let message = error.to_string();
             let lines = message.lines().take_while(|line| !line.trim().is_empty());
@@ -274,6 +285,21 @@ fn check(render: &Command, argument: &str) -> Result<(), String> {
             Err(message.strip_prefix("error: ").unwrap_or(&message).to_owned())
         }
     }
+}
+
+/// The options that clap misses.
+fn missing(render: &Command, error: &clap::Error) -> Vec<String> {
+    let Some(ContextValue::Strings(usages)) = error.get(ContextKind::InvalidArg) else {
+        return Vec::new();
+    };
+    // Such as `--compare <REFERENCE>`.
+    let names = usages
+        .iter()
+        .filter_map(|usage| usage.split(' ').next()?.strip_prefix("--"));
+    let option = |name: &str| options(render).find(|option| option.get_long() == Some(name));
+    names
+        .filter_map(|name| Some(option(name)?.get_id().to_string()))
+        .collect()
 }
 
 /// The options that conflict with this one, whichever of the two declares it.

@@ -1,4 +1,5 @@
-//! Arguments before clap sees them: `octray SCENE` for `octray render SCENE`, and values that begin with a minus.
+//! Arguments before clap sees them: `octray SCENE` for `octray render SCENE`, values that begin with a minus, and
+//! `octray help --help`.
 
 use super::definition;
 use std::{
@@ -43,6 +44,14 @@ pub fn with_negative_values(arguments: Vec<OsString>) -> Vec<OsString> {
         }
     }
     joined
+}
+
+/// Leaves `--help` out after `octray help`: clap takes it for the name of a command.
+pub fn with_plain_help(mut arguments: Vec<OsString>) -> Vec<OsString> {
+    if arguments.get(1).is_some_and(|first| first == "help") {
+        arguments.retain(|argument| argument != "--help" && argument != "-h");
+    }
+    arguments
 }
 
 fn is_negative(argument: &OsStr) -> bool {

@@ -41,7 +41,8 @@ this CPU. Pictures are the same with all of them.
 Exit codes: 0 success; 1 failure (the input, the disk, a limit); 2 usage error;",
     with_window!(" 3 no display;"),
     "
-5 a comparison or verification differs; 130 interrupted."
+5 a comparison or verification differs; SIGINT, SIGTERM and SIGHUP end octray themselves, which shells show
+as 130, 143 and 129."
 );
 
 pub const RENDER: &str = "\
@@ -67,7 +68,21 @@ Examples:
   octray render a.scn --turntable 250 -o - | ffmpeg -i - -pix_fmt yuv420p turn.mp4
   octray render a.scn --compare a.png --tolerance 2 -o new.png
                                                     exits with 5 if the picture differs
-  octray render - -o bunny.png < bunny.ply          a mesh or a scene from standard input";
+  octray render - -o bunny.png < bunny.ply          a mesh or a scene from standard input
+
+Config file: defaults for the options of `octray render` and `octray job`, in TOML. It is octray/config.toml in \
+$XDG_CONFIG_HOME or ~/.config; --config names another one, and --no-config reads none. A key is the long name of an option, \
+with its hyphens; there are no sections. A switch is true or false, and a list is [1, 2, 3] or, as on the command line, \
+\"1,2,3\". The command line wins, also with an option that excludes a default. A default that does not apply to an \
+input is skipped, such as `ground` for a scene. `config`, `no-config`, `force`, `help` and `version` are refused.
+
+Example of a config file:
+  size = \"1920x1080\"
+  samples = \"auto:64\"
+  eye = [3, -1.5, 2]
+  ground = true                                     # for meshes
+  output = \"pictures/{stem}.png\"
+  max-memory = \"8G\"";
 
 pub const JOB: &str = "\
 Examples:

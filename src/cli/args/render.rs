@@ -13,8 +13,8 @@ use crate::{
     cli::{
         CliError, load,
         plan::{
-            Job, JsonTarget, Look, Looks, MeshOptions, Pictures, Planned, PoseFile, RenderPlan, check_inputs,
-            check_pattern, has_number, is_standard_input,
+            ANIMATION, CameraOptions, FIT, Job, JsonTarget, Look, Looks, MeshOptions, Pictures, Planned,
+            PoseFile, RenderPlan, StartView, check_inputs, check_pattern, has_number, is_standard_input,
         },
         write::{AovKind, is_foreign},
     },
@@ -73,6 +73,7 @@ pub struct RenderArgs {
     pub stats: bool,
 
     /// Write rays, times and memory as JSON to a file, or to standard output (-): one line for each picture
+    /// that is rendered, none for what is skipped
     #[arg(long, value_name = "FILE", help_heading = "Messages")]
     pub json: Option<PathBuf>,
 
@@ -119,6 +120,52 @@ impl RenderArgs {
             scene: self.look(size, false)?,
             mesh: self.look(size, self.style.style().is_soft())?,
         })
+    }
+
+    /// Options of meshes that come from the config file.
+    fn mesh_defaults(&self) -> Vec<&'static str> {
+        const NAMES: [(&str, &str); 9] = [
+            ("style", "--style"),
+            ("ground", "--ground"),
+            ("up_axis", "--up-axis"),
+            ("smooth_angle", "--smooth-angle"),
+            ("point_size", "--point-size"),
+            ("lit_from", "--lit-from"),
+            ("environment", "--environment"),
+            ("from", "--from"),
+            ("ortho", FIT),
+        ];
+        let names = NAMES.iter().filter(|(id, _)| self.is_default(id));
+        let mut defaults: Vec<_> = names.map(|&(_, name)| name).collect();
+        let is_typed = |is_given: bool, id| is_given && !self.is_default(id);
+        let is_pose_typed = is_typed(self.mesh.animation.is_some(), "animation")
+            || is_typed(self.mesh.animation_time.is_some(), "animation_time");
+        if !is_pose_typed {
+            defaults.push(ANIMATION);
+        }
+        defaults
+    }
+
+    fn camera_options(&self) -> CameraOptions {
+        let mut camera = self.camera.options();
+        if self.is_default("ortho") && !matches!(camera.start, StartView::Default | StartView::Side(_)) {
+            camera.fits_ortho = false;
+        }
+        camera.defaults = self.mesh_defaults();
+        camera
+    }
+
+    fn mesh_options(&self) -> MeshOptions {
+        let mut mesh = MeshOptions {
+            style: self.style.style(),
+            is_style_given: self.style.style.is_some(),
+            defaults: self.mesh_defaults(),
+            ..self.mesh.options(self.series.orbit())
+        };
+        if self.is_default("environment") && !mesh.style.is_soft() {
+            mesh.environment = None;
+        }
+        mesh
     }
 
     /// The size of the pictures.
@@ -205,7 +252,6 @@ impl RenderArgs {
     /// # Errors
     /// [`CliError`].
     pub fn plan(&self) -> Result<RenderPlan, CliError> {
-        let style = self.style.style();
         let pose_file = self.series.poses.as_deref().map(PoseFile::read).transpose()?;
         let size = self.size(pose_file.as_ref());
         let looks = self.looks(size)?;
@@ -238,12 +284,7 @@ impl RenderArgs {
             force: self.force,
             comparison: self.comparison.options(!self.is_default("difference")),
         };
-        let camera = self.camera.options();
-        let mesh = MeshOptions {
-            style,
-            is_style_given: self.style.style.is_some() && !self.is_default("style"),
-            ..self.mesh.options(self.series.orbit())
-        };
+        let (camera, mesh) = (self.camera_options(), self.mesh_options());
         let memory = self.memory.limit();
         let Planned { jobs, sheet, skipped } = pictures.jobs(&self.scenes, &camera, &mesh, memory)?;
         let mut inputs = check_inputs(&jobs, self.config.path().as_deref())?;

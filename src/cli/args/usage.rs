@@ -143,6 +143,18 @@ pub fn one_dash(arguments: &[OsString]) -> Option<String> {
     Some(format!("long options have two hyphens: write --{name}"))
 }
 
+/// The message for `octray help` with several commands, which clap takes for commands of commands.
+pub fn two_pages(arguments: &[OsString]) -> Option<String> {
+    let words: Vec<&str> = texts(arguments).skip(1).collect();
+    let ["help", first, _, ..] = words[..] else {
+        return None;
+    };
+    let is_command = definition()
+        .get_subcommands()
+        .any(|command| command.get_name() == first);
+    is_command.then(|| format!("`octray help` takes one command, such as octray help {first}"))
+}
+
 fn texts(arguments: &[OsString]) -> impl Iterator<Item = &str> {
     arguments.iter().map(|word| word.to_str().unwrap_or_default())
 }

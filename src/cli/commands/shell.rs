@@ -1,10 +1,12 @@
 //! `octray completions` and `octray man`, from the definition of the arguments.
 
+mod scenes;
+
 use crate::{
     cli::{CliError, args},
     error::clip,
 };
-use clap::Command;
+use clap::{Command, builder::PossibleValuesParser};
 use clap_complete::Shell;
 use std::{io, str::FromStr};
 
@@ -20,9 +22,18 @@ pub fn definition() -> Command {
 /// [`CliError::Usage`] for an unknown shell.
 pub fn completions(shell: &str) -> Result<String, CliError> {
     let shell = Shell::from_str(shell).map_err(CliError::Usage)?;
+    let mut all = args::definition();
+    all.build();
+    // clap takes only names that live as long as the program.
+    let names: Vec<&'static str> = names(&all).map(|name| &*name.to_owned().leak()).collect();
+    let pages = PossibleValuesParser::new(names.clone());
+    let mut all = args::definition().mut_subcommand("man", |man| {
+        man.mut_arg("command", |command| command.value_parser(pages))
+    });
     let mut script = Vec::new();
-    clap_complete::generate(shell, &mut args::definition(), "octray", &mut script);
-    Ok(String::from_utf8_lossy(&script).into_owned())
+    clap_complete::generate(shell, &mut all, "octray", &mut script);
+    let script = String::from_utf8_lossy(&script);
+    Ok(scenes::with_scenes(shell, &script, &names))
 }
 
 /// A manual page in roff: of octray as a whole, or of one command.
@@ -56,8 +67,13 @@ fn render(page: Command, to: &mut Vec<u8>) -> io::Result<()> {
         .render(to)
 }
 
+/// The names of the commands.
+fn names(all: &Command) -> impl Iterator<Item = &str> {
+    all.get_subcommands().map(Command::get_name)
+}
+
 fn no_command(all: &Command, name: &str) -> CliError {
-    let names: Vec<&str> = all.get_subcommands().map(Command::get_name).collect();
+    let names: Vec<&str> = names(all).collect();
     CliError::Usage(format!(
         "no command `{}`, expected one of {}",
         clip(name),

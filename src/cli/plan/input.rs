@@ -5,7 +5,7 @@ use crate::{
     cli::CliError,
     error::clip_path,
     format::{
-        self, Detected,
+        self,
         mesh::{MeshFormat, Moment, UpAxis},
     },
     scene::Projection,
@@ -49,6 +49,8 @@ pub struct CameraOptions {
     pub aperture: Option<f64>,
     /// Distance in focus, scene units.
     pub focus: Option<f64>,
+    /// Options from a config file that a scene ignores.
+    pub defaults: Vec<&'static str>,
 }
 
 /// The camera before target, up, projection and lens are changed.
@@ -114,7 +116,7 @@ impl Style {
 #[derive(Clone, Debug, Default)]
 pub struct MeshOptions {
     pub style: Style,
-    /// Whether the command line names the style.
+    /// Whether the style was chosen.
     pub is_style_given: bool,
     pub up_axis: Option<UpAxis>,
     pub ground: bool,
@@ -131,6 +133,8 @@ pub struct MeshOptions {
     pub environment: Option<(PathBuf, f64)>,
     /// The camera goes around the mesh, which stays whole in the picture.
     pub orbit: Option<Orbit>,
+    /// Options from a config file that a scene ignores.
+    pub defaults: Vec<&'static str>,
 }
 
 /// Stands for standard input in messages. Without a folder, so that paths count from the current one.
@@ -167,13 +171,14 @@ impl InputPlan {
         if !is_standard_input(path) {
             format::check_file(path)?;
         }
-        mesh.check()?;
         camera.check()?;
         let kind = kind_of(path)?;
         if kind == InputKind::Scene {
             mesh.refuse_for_scene(path)?;
             camera.refuse_for_scene(path)?;
             camera.without_scene()?;
+        } else {
+            mesh.check()?;
         }
         Ok(Self {
             path: path.to_owned(),
@@ -211,7 +216,7 @@ pub fn kind_of(path: &Path) -> Result<InputKind, CliError> {
     }
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     // Text without any statement of a scene is no scene.
-    let is_scene = !start.contains(&0) && format::detect(&start) == Detected::Scene;
+    let is_scene = format::is_scene_file(path, &start);
     if read.is_ok() {
         format::refuse_unread(path, &start)?;
     }
@@ -227,6 +232,24 @@ pub fn kind_of(path: &Path) -> Result<InputKind, CliError> {
     }
     Ok(InputKind::Scene)
 }
+
+/// The options that show a pose of an animation.
+pub const ANIMATION: &str = "--animation or --animation-time";
+/// The height that frames a mesh.
+pub const FIT: &str = "--ortho fit";
+
+/// Further options that apply to meshes only.
+const FOR_MESHES: [&str; 9] = [
+    "--style",
+    "--ground",
+    "--up-axis",
+    "--smooth-angle",
+    "--point-size",
+    "--lit-from",
+    "--environment",
+    "--environment-rotate",
+    "--from",
+];
 
 /// What messages call an input.
 pub fn name(path: &Path) -> &Path {
@@ -267,11 +290,11 @@ impl MeshOptions {
             ("--up-axis", self.up_axis.is_some()),
             ("--smooth-angle", self.smooth_degrees.is_some()),
             ("--point-size", self.point_size.is_some()),
-            ("--animation or --animation-time", self.moment.is_some()),
+            (ANIMATION, self.moment.is_some()),
             ("--lit-from", self.lit_from.is_some()),
             ("--environment", self.environment.is_some()),
         ];
-        refuse_any(&given, scene)
+        refuse_any(&given, &self.defaults, scene)
     }
 }
 
@@ -282,13 +305,23 @@ impl CameraOptions {
     /// [`CliError::Usage`].
     pub fn refuse_for_scene(&self, scene: &Path) -> Result<(), CliError> {
         let is_side = matches!(self.start, StartView::Side(_));
-        refuse_any(&[("--from", is_side), ("--ortho fit", self.fits_ortho)], scene)
+        let given = [("--from", is_side), (FIT, self.fits_ortho)];
+        refuse_any(&given, &self.defaults, scene)
     }
 }
 
-/// Refuses options of meshes that are given for a scene.
-fn refuse_any(given: &[(&str, bool)], scene: &Path) -> Result<(), CliError> {
-    match given.iter().find(|(_, given)| *given) {
+/// Whether an option with its value, such as `--from=top`, applies to meshes only.
+pub fn is_for_meshes(option: &str) -> bool {
+    let name = option.split('=').next().unwrap_or_default();
+    option == "--ortho=fit"
+        || ANIMATION.split(" or ").any(|other| other == name)
+        || FOR_MESHES.contains(&name)
+}
+
+/// Refuses options of meshes that are given for a scene, except for those that are only `defaults`.
+fn refuse_any(given: &[(&str, bool)], defaults: &[&str], scene: &Path) -> Result<(), CliError> {
+    let is_refused = |(option, is_given): &&(&str, bool)| *is_given && !defaults.contains(option);
+    match given.iter().find(is_refused) {
         Some((option, _)) => Err(CliError::Usage(format!(
             "{option} applies to meshes only (.ply, .obj, .off, .stl, .gltf, .glb, .3mf), and {} is a scene",
             clip_path(scene)

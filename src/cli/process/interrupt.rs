@@ -1,4 +1,7 @@
 //! Ctrl-C and other signals end the process soon, whatever it is doing, and leave no half-written file.
+//!
+//! Where signals can end a process, they do, once the temporary files are removed: a shell stops its loop at Ctrl-C only if
+//! the program in it died of SIGINT.
 
 use crate::cli::CliError;
 use signal_hook::{consts, flag};
@@ -18,6 +21,10 @@ const SIGNALS: &[i32] = &[consts::SIGINT, consts::SIGTERM];
 /// How long work in small pieces may go on after a signal.
 const MOMENT: Duration = Duration::from_millis(120);
 
+/// The signal that has come; 0 if none.
+#[cfg(unix)]
+static CAME: std::sync::atomic::AtomicI32 = std::sync::atomic::AtomicI32::new(0);
+
 /// Whether a signal has asked the program to stop.
 #[derive(Debug, Default)]
 pub struct Interrupt {
@@ -26,7 +33,7 @@ pub struct Interrupt {
 
 impl Interrupt {
     /// Handles signals. A signal first sets this flag, so that work in small pieces can end with partial results; if it has not
-    /// ended after a moment, or at a second signal, the process exits. The exit code is that of [`CliError::Interrupted`].
+    /// ended after a moment, or at a second signal, the signal ends the process.
     ///
     /// # Errors
     /// [`CliError::Failed`] if the system does not allow it.
@@ -50,7 +57,7 @@ impl Interrupt {
 
     /// Whether a signal has come.
     pub fn requested(&self) -> bool {
-        self.requested.load(Ordering::Relaxed)
+        self.requested.load(Ordering::Acquire)
     }
 
     /// [`CliError::Interrupted`] if a signal has come.
@@ -62,6 +69,19 @@ impl Interrupt {
         }
     }
 }
+
+/// Ends the process by the signal that has come, after an orderly stop; returns if none has come.
+#[cfg(unix)]
+pub fn end_by_signal() {
+    match CAME.load(Ordering::Relaxed) {
+        0 => {}
+        signal => die_of(signal),
+    }
+}
+
+/// Other systems have exit codes only.
+#[cfg(not(unix))]
+pub fn end_by_signal() {}
 
 /// Handles signals for a window: they end the process at once. Ctrl-C is an interruption; the other signals close the
 /// window, with exit code 0.
@@ -81,7 +101,19 @@ fn refused(error: std::io::Error) -> CliError {
     CliError::Failed(format!("cannot watch for signals: {error}"))
 }
 
-/// Sets `requested` when a signal comes, and ends the process after `patience` or at a second signal.
+/// Ends the process by the default action of a signal.
+#[cfg(unix)]
+fn die_of(signal: i32) -> ! {
+    use signal_hook::low_level;
+    // The first process of a container has no default actions.
+    if std::process::id() != 1 {
+        let _ = low_level::emulate_default_handler(signal);
+    }
+    low_level::exit(128 + signal)
+}
+
+/// Sets `requested` when a signal comes. After `patience`, or at a second signal, the process ends: normally if the exit code
+/// is 0, else by the signal.
 #[cfg(unix)]
 fn watch(
     requested: &Arc<AtomicBool>,
@@ -99,13 +131,17 @@ fn watch(
     let requested = Arc::clone(requested);
     let wait = move || {
         if let Some(signal) = signals.forever().next() {
-            requested.store(true, Ordering::Relaxed);
+            CAME.store(signal, Ordering::Relaxed);
+            requested.store(true, Ordering::Release);
             let start = Instant::now();
             while start.elapsed() < patience && signals.pending().next().is_none() {
                 thread::sleep(POLL);
             }
             crate::whole_file::abandon();
-            low_level::exit(exit_code(signal).into());
+            match exit_code(signal) {
+                0 => low_level::exit(0),
+                _ => die_of(signal),
+            }
         }
     };
     let thread = thread::Builder::new()

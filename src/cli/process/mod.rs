@@ -5,9 +5,9 @@ mod level;
 mod memory;
 mod threads;
 
-pub use interrupt::Interrupt;
 #[cfg(feature = "viewer")]
 pub use interrupt::close_window_on_signals;
+pub use interrupt::{Interrupt, end_by_signal};
 pub use level::hold_level;
 pub use memory::{MemoryRefusal, at_work_on, out_of_memory};
 pub use threads::{start as start_threads, useful as useful_threads};

@@ -40,7 +40,7 @@ pub struct Info {
     keyframes: usize,
     moving_instances: usize,
     moving_cameras: usize,
-    /// Those of a glTF file.
+    /// The animations of a glTF file.
     animations: Vec<AnimationInfo>,
     lights: usize,
     light_list: Vec<LightInfo>,
@@ -278,7 +278,7 @@ impl Info {
         )
     }
 
-    /// A number of things, which have colours if there is such an array.
+    /// A count, with the remark that there are colours if the scene has an array of that name.
     fn colored(&self, number: usize, array: &str) -> String {
         let has_colors = self.arrays.iter().any(|known| known.name == array);
         let colors = if has_colors { " (with colours)" } else { "" };

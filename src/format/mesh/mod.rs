@@ -63,7 +63,7 @@ pub struct LoadedMesh {
     pub images: Vec<Image>,
     /// How vertices of a file without faces become spheres, and the lines between them; `None` if it has faces.
     pub cloud: Option<Cloud>,
-    /// The file's perspective cameras, in its own coordinates.
+    /// The file's cameras, perspective and orthographic, in its own coordinates.
     pub cameras: Vec<MeshCamera>,
     /// The file's lights, in its own coordinates less `offset`. Their intensities are relative to each other; those that have a
     /// position fall off.
@@ -90,14 +90,14 @@ pub(crate) struct Shown {
     pub moment: Option<Moment>,
 }
 
-/// What a ZIP archive begins with, and so 3MF: no other format is one.
+/// The first bytes of a ZIP archive. Of the formats that octray reads, only 3MF is one.
 pub(super) const ZIP: &[u8] = b"PK\x03\x04";
 
-/// Longer names are no files.
+/// The longest name of a file that a mesh names, in bytes: no system has longer ones.
 pub(super) const MAX_NAME: usize = 4096;
 
-/// The most triangles of a file of `size` bytes, all files that it names included, which places shapes more than once:
-/// 2^22 and eight for each byte, 2^26 in all.
+/// The most triangles of a file that may place a shape many times: 2^22 plus eight for each of its `size` bytes, and at most
+/// 2^26. `size` includes the files that it names.
 #[cfg(any(feature = "gltf", feature = "threemf"))]
 pub(super) fn most_triangles(size: usize) -> usize {
     size.saturating_mul(8).saturating_add(1 << 22).min(1 << 26)
@@ -328,7 +328,7 @@ pub(super) fn clamp_colors(colors: &mut [[f32; 3]]) -> usize {
     colors.par_iter_mut().with_min_len(1 << 14).map(clamp).sum()
 }
 
-/// The note about them.
+/// The note about colours that [`clamp_colors`] has changed.
 pub(super) fn clamped_note(clamped: usize, path: &Path) -> Option<String> {
     let colors = counted(clamped, "vertex colour is", "vertex colours are");
     (clamped > 0).then(|| format!("{}: {colors} not from 0 to 1: clamped", clip_path(path)))

@@ -9,7 +9,7 @@ use crate::{
 use std::path::{Component, Path};
 
 impl Obj<'_> {
-    /// Reads the materials of a library. The name may contain spaces, or be several names.
+    /// Reads the material libraries of a statement `mtllib`: one whose name may have spaces, or else several names.
     pub(super) fn library(&mut self, names: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<(), String> {
         if self.notes.len() > MOST_NOTES {
             return Ok(());
@@ -17,24 +17,25 @@ impl Obj<'_> {
         let Some(missing) = self.read_library(names, path, open)? else {
             return Ok(());
         };
-        let several = names.split(u8::is_ascii_whitespace);
-        let several = several.filter(|name| !name.is_empty() && name.len() < names.len());
-        let (before, mut any) = (self.notes.len(), false);
-        for name in several {
+        let words = names.split(u8::is_ascii_whitespace);
+        let words = words.filter(|name| !name.is_empty() && name.len() < names.len());
+        let (before, mut any_read) = (self.notes.len(), false);
+        for name in words {
             match self.read_library(name, path, open)? {
-                None => any = true,
+                None => any_read = true,
                 Some(missing) if self.notes.len() <= before + MOST_NOTES => self.notes.push(missing),
                 Some(_) => {}
             }
         }
-        if !any {
+        if !any_read {
+            // One note about the whole name instead of one for each word of it.
             self.notes.truncate(before);
             self.notes.push(missing);
         }
         Ok(())
     }
 
-    /// Reads a library, unless it has been read before; returns a note if it cannot be read.
+    /// Reads the library of this name, unless it has been read before; returns a note if it cannot be read.
     fn read_library(
         &mut self,
         name: &[u8],

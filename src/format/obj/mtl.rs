@@ -294,12 +294,12 @@ impl<'a> Reading<'a> {
         Ok(map.is_some())
     }
 
-    /// How its textures are placed: all as the first one.
+    /// The offset and scale of its textures: those of the first one, for all.
     fn shift(&self) -> Shift {
         self.shifts.into_iter().flatten().next().unwrap_or(Shift::NONE)
     }
 
-    /// How many of its textures should be elsewhere.
+    /// How many of its textures have another offset or scale than [`Self::shift`], which all of them get.
     fn other_shifts(&self) -> usize {
         let all = self.shifts.iter().flatten();
         all.filter(|shift| **shift != self.shift()).count()
@@ -314,20 +314,20 @@ impl<'a> Reading<'a> {
 
     fn finish(self) -> (Vec<u8>, Surface, Shift) {
         let shift = self.shift();
-        // Black under a texture is a placeholder.
-        let shows = |map: Option<Texture>, color: [f32; 3]| map.is_some() && color == [0.0; 3];
+        // The factor of a texture; black is a placeholder for white.
+        let is_placeholder = |map: Option<Texture>, color: [f32; 3]| map.is_some() && color == [0.0; 3];
         let diffuse = match self.diffuse {
-            Some(color) if !shows(self.base, color) => color,
+            Some(color) if !is_placeholder(self.base, color) => color,
             _ if self.base.is_some() => [1.0; 3],
             _ => Surface::NEUTRAL.diffuse,
         };
-        let emission = if shows(self.emission_map, self.emission) {
+        let emission = if is_placeholder(self.emission_map, self.emission) {
             [1.0; 3]
         } else {
             self.emission
         };
         let specular = self.specular.unwrap_or_default();
-        let specular = if shows(self.specular_map, specular) {
+        let specular = if is_placeholder(self.specular_map, specular) {
             [1.0; 3]
         } else {
             specular

@@ -32,7 +32,7 @@ const MOST_NUMBERS: usize = 1 << 20;
 /// How many steps a channel of a rounded colour has.
 const STEPS: f32 = 31.0;
 
-/// Memory of an entry of [`Paint::numbers`], bytes: it may be half empty, and moves as it grows.
+/// Memory of an entry of [`Paint::index_of`], bytes: the map may be half empty, and is copied as it grows.
 const ENTRY_BYTES: usize = 96;
 
 /// What a face shows.
@@ -53,7 +53,8 @@ pub(super) struct Paint {
     pub(super) looks: Vec<Look>,
     /// An index into `looks` for each triangle; empty if no face has a colour or a texture.
     pub(super) look_of: Vec<u32>,
-    numbers: HashMap<Look, u32>,
+    /// The index of each look in `looks`.
+    index_of: HashMap<Look, u32>,
     /// The index of the last look.
     last: u32,
     /// How many triangles have no texture coordinates.
@@ -62,7 +63,7 @@ pub(super) struct Paint {
     pub(super) wrong_numbers: usize,
     /// How many faces have a colour that is not from 0 to 1.
     pub(super) clamped: usize,
-    /// How many faces have a rounded colour, or none.
+    /// How many faces have a rounded colour, or none, because there are too many colours.
     pub(super) rounded: usize,
 }
 
@@ -70,8 +71,8 @@ pub(super) struct Paint {
 #[derive(Default)]
 struct Face {
     uvs: Vec<[f32; 2]>,
-    /// Whether the list had numbers that are not in `uvs`.
-    is_odd: bool,
+    /// Whether some numbers of the list are not in `uvs`: it has an odd length, or is too long.
+    is_incomplete: bool,
     texture: Option<u32>,
     color: [f32; 3],
 }
@@ -168,7 +169,7 @@ impl Face {
     ) -> Result<usize, Fault> {
         let pairs = if length > MOST_NUMBERS { 0 } else { length / 2 };
         budget.reserve(&mut self.uvs, pairs)?;
-        self.is_odd = length != 2 * pairs;
+        self.is_incomplete = length != 2 * pairs;
         let mut odd = 0;
         for _ in 0..pairs {
             let uv = upper_left([uv_number(item, values, at)?, uv_number(item, values, at)?]);
@@ -200,7 +201,7 @@ impl Faces<'_> {
         if header.has_corner_uvs {
             budget.reserve(&mut paint.uvs, end - start)?;
             match &face.uvs[..] {
-                [first, others @ ..] if others.len() == end - start + 1 && !face.is_odd => {
+                [first, others @ ..] if others.len() == end - start + 1 && !face.is_incomplete => {
                     let fan = others.windows(2).map(|pair| [*first, pair[0], pair[1]]);
                     let bits = fan.map(|uvs| uvs.map(|uv| uv.map(f32::to_bits)));
                     paint.uvs.extend(bits);
@@ -245,11 +246,11 @@ impl Paint {
     /// Gives a look to the triangles up to `end`.
     fn add(&mut self, mut look: Look, end: usize, budget: &Budget) -> Result<(), BudgetError> {
         if self.looks.get(self.last as usize) != Some(&look) {
-            let fitting = self.fitting(look);
-            self.rounded += usize::from(fitting != look);
-            look = fitting;
-            self.last = match self.numbers.get(&look) {
-                Some(&number) => number,
+            let possible = self.within_limits(look);
+            self.rounded += usize::from(possible != look);
+            look = possible;
+            self.last = match self.index_of.get(&look) {
+                Some(&index) => index,
                 None => self.add_look(look, budget)?,
             };
         }
@@ -260,8 +261,8 @@ impl Paint {
     }
 
     /// A look within the limits: this one, or one that is rounded or has no colour.
-    fn fitting(&self, look: Look) -> Look {
-        let fits = |look: &Look, most| self.looks.len() < most || self.numbers.contains_key(look);
+    fn within_limits(&self, look: Look) -> Look {
+        let fits = |look: &Look, most| self.looks.len() < most || self.index_of.contains_key(look);
         if look.color.is_none() || fits(&look, MOST_EXACT) {
             return look;
         }
@@ -276,18 +277,18 @@ impl Paint {
 
     fn add_look(&mut self, look: Look, budget: &Budget) -> Result<u32, BudgetError> {
         budget.take(ENTRY_BYTES)?;
-        let reserved = self.numbers.try_reserve(1);
+        let reserved = self.index_of.try_reserve(1);
         reserved.map_err(|_| BudgetError::NoMemory)?;
         budget.reserve(&mut self.looks, 1)?;
-        let number = self.looks.len() as u32;
+        let index = self.looks.len() as u32;
         self.looks.push(look);
-        self.numbers.insert(look, number);
-        Ok(number)
+        self.index_of.insert(look, index);
+        Ok(index)
     }
 
     /// Frees the lookup table of looks.
     pub(super) fn forget_looks(&mut self, budget: &Budget) {
-        budget.give_back(self.numbers.len() * ENTRY_BYTES);
-        self.numbers = HashMap::new();
+        budget.give_back(self.index_of.len() * ENTRY_BYTES);
+        self.index_of = HashMap::new();
     }
 }

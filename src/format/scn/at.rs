@@ -68,7 +68,7 @@ impl Reader<'_> {
     pub(super) fn at(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         let line = arguments.line;
         let Some(mut moved) = self.moved.take() else {
-            let above = match self.last {
+            let above = match self.last_statement {
                 "" => "nothing is above it".into(),
                 last => format!("`{last}` does not move"),
             };

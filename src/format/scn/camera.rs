@@ -57,18 +57,18 @@ impl Reader<'_> {
         let camera = checked(&arguments, &view, &places)?;
         let name = name.map(|word| String::from_utf8_lossy(word.text).into_owned());
         let at = arguments.line.at(arguments.keyword.start);
-        if let Some(first) = self.said.cameras.get(&name) {
+        if let Some(first) = self.seen.cameras.get(&name) {
             let what = name.map_or_else(
                 || "camera without a name".to_owned(),
                 |name| format!("camera {}", quote(name.as_bytes())),
             );
             return Err(again(&arguments, &what, first));
         }
-        if self.said.cameras.len() >= MAX_CAMERAS {
+        if self.seen.cameras.len() >= MAX_CAMERAS {
             let message = format!("more than {MAX_CAMERAS} cameras in one scene");
             return Err(arguments.line.error_at(&arguments.keyword, message));
         }
-        self.said.cameras.insert(name.clone(), at);
+        self.seen.cameras.insert(name.clone(), at);
         if at::follows(arguments.line.rest) {
             let mut lens = MovingLens::default();
             lens.add(&arguments, &places);

@@ -1,6 +1,6 @@
 //! The statement `environment`.
 
-use super::{QUOTES_HINT, Reader, Said, arguments::Arguments, nearest::nearest};
+use super::{QUOTES_HINT, Reader, Seen, arguments::Arguments, nearest::nearest};
 use crate::{
     error::LoadError,
     format::{
@@ -21,8 +21,8 @@ impl Reader<'_> {
         } else {
             self.picture(&mut arguments)?
         };
-        Said::once(
-            &mut self.said.background,
+        Seen::once(
+            &mut self.seen.background,
             &arguments,
             "`background` or `environment`",
         )?;

@@ -17,7 +17,7 @@ use crate::{
 use std::path::Path;
 
 /// The key of a prototype: the number of the file, the material, and the bits of the radius of points.
-pub(super) type Stored = (usize, Option<MaterialId>, u32);
+pub(super) type PrototypeKey = (usize, Option<MaterialId>, u32);
 
 impl Reader<'_> {
     /// `instance PATH ...`: a mesh of any format, stored once, with one placement or those of a file.
@@ -35,12 +35,12 @@ impl Reader<'_> {
         let path = self.path(&arguments, word, "mesh")?;
         let number = self.mesh_number(&path, self.material);
         let radius_bits = placement.point_radius.map_or(0, f32::to_bits);
-        let stored: Stored = (number, self.material, radius_bits);
-        let prototype = if let Some(&prototype) = self.stored.get(&stored) {
+        let key: PrototypeKey = (number, self.material, radius_bits);
+        let prototype = if let Some(&prototype) = self.prototypes.get(&key) {
             prototype
         } else {
             let prototype = self.prototype(&arguments, word, &path, placement.point_radius)?;
-            self.stored.insert(stored, prototype);
+            self.prototypes.insert(key, prototype);
             prototype
         };
         let mut moving = at::follows(line.rest).then(Vec::new);

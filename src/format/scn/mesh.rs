@@ -23,7 +23,7 @@ const MAX_NOTES: usize = 1000;
 
 /// Equal for equal meshes: the number of the file, the material, the bits of the transform, of the radius of points and of the
 /// intensity of lights, and whether colours and points are shown.
-pub(super) type Placed = (usize, Option<MaterialId>, [u64; 12], u32, bool, u32);
+pub(super) type PlacementKey = (usize, Option<MaterialId>, [u64; 12], u32, bool, u32);
 
 /// How a mesh is placed.
 #[derive(Clone, Copy)]
@@ -97,7 +97,7 @@ impl Reader<'_> {
         let radius_bits = placement.point_radius.map_or(0, f32::to_bits);
         let lights_bits = placement.lights.map_or(0, f32::to_bits);
         let is_any = kind == Kind::Any;
-        let placed = (
+        let key = (
             number,
             material,
             placement.transform.bits(),
@@ -105,10 +105,10 @@ impl Reader<'_> {
             is_any,
             lights_bits,
         );
-        if self.placed.contains(&placed) {
+        if self.placements.contains(&key) {
             return Ok(());
         }
-        if self.placed.len() >= MAX_MESHES {
+        if self.placements.len() >= MAX_MESHES {
             return Err(line.error_at(&word, format!("more than {MAX_MESHES} placed meshes")));
         }
         let takes_lights = placement.lights.is_some();
@@ -127,7 +127,7 @@ impl Reader<'_> {
                 line.error_at(&word, format!("cannot place {}: {message}", path.display()))
             }
         })?;
-        self.placed.insert(placed);
+        self.placements.insert(key);
         Ok(())
     }
 
@@ -228,7 +228,7 @@ impl Reader<'_> {
             ..
         } = placement;
         // Arrays that grow take up to twice their size; the first ones are moved.
-        if !self.placed.is_empty() || !self.stored.is_empty() {
+        if !self.placements.is_empty() || !self.prototypes.is_empty() {
             let size = loaded.as_ref().map(size_of_columns);
             let size = size.unwrap_or_else(|| self.meshes.size(number));
             self.budget.take(size).map_err(|error| error.to_string())?;

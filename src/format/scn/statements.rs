@@ -1,7 +1,7 @@
 //! The meaning of each statement. `docs/scene-language.md` is the reference.
 
 use super::{
-    Reader, Said,
+    Reader, Seen,
     arguments::{Arguments, IN_SINGLE_PRECISION, is_not_0},
     nearest::nearest,
     words::Word,
@@ -221,8 +221,8 @@ impl Reader<'_> {
             arguments.end()?;
             Background::constant(arguments.color(words)?)
         };
-        Said::once(
-            &mut self.said.background,
+        Seen::once(
+            &mut self.seen.background,
             &arguments,
             "`background` or `environment`",
         )?;
@@ -238,7 +238,7 @@ impl Reader<'_> {
             let [word] = arguments.take(key, "reach number")?;
             reach = Some((arguments.number(word, "reach")?, word));
         }
-        Said::once(&mut self.said.ambient, &arguments, "`ambient`")?;
+        Seen::once(&mut self.seen.ambient, &arguments, "`ambient`")?;
         let set = self.builder.set_ambient(ambient);
         set.map_err(|error| arguments.refused(&error, &[("ambient", word)]))?;
         let Some((reach, word)) = reach else {
@@ -250,14 +250,14 @@ impl Reader<'_> {
 
     fn ambient_specular(&mut self, arguments: &Arguments<'_, '_>) -> Result<(), LoadError> {
         arguments.end()?;
-        Said::once(&mut self.said.ambient_specular, arguments, "`ambient_specular`")?;
+        Seen::once(&mut self.seen.ambient_specular, arguments, "`ambient_specular`")?;
         self.builder.set_ambient_specular(true);
         Ok(())
     }
 
     fn smooth_shadows(&mut self, arguments: &Arguments<'_, '_>) -> Result<(), LoadError> {
         arguments.end()?;
-        Said::once(&mut self.said.smooth_shadows, arguments, "`smooth_shadows`")?;
+        Seen::once(&mut self.seen.smooth_shadows, arguments, "`smooth_shadows`")?;
         self.builder.set_smooth_shadows(true);
         Ok(())
     }

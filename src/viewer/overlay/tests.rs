@@ -15,11 +15,12 @@ fn text_has_twelve_points_where_it_fits() {
         // Too small for large letters.
         (1.0, [768, 432], [16, 8]),
         (2.0, [512, 512], [16, 16]),
+        (3.0, [512, 512], [24, 16]),
         (1.0, [200, 150], [8, 8]),
-        (3.0, [200, 150], [24, 24]),
+        (3.0, [200, 150], [24, 8]),
         (0.5, [200, 150], [8, 8]),
     ] {
-        let found = [PANEL, help_size()].map(|panel| 8 * text_scale(panel, size, scale_factor));
+        let found = [text_scale(size, scale_factor), help_scale(size, scale_factor)].map(|scale| 8 * scale);
         assert_eq!(found, pixels, "{scale_factor} {size:?}");
     }
 }

@@ -14,6 +14,7 @@ use std::{
     cell::RefCell,
     fs,
     io::{BufRead, BufReader, Write},
+    os::unix::process::ExitStatusExt,
     path::PathBuf,
     process::{Child, Command, Stdio},
     sync::mpsc::{self, Receiver},
@@ -317,12 +318,12 @@ impl<'a> Viewer<'a> {
         self.screen.xdotool(&[what, &button.to_string()]);
     }
 
-    /// Sends a signal and expects the program to end with that exit code.
-    pub fn signal(&mut self, name: &str, exit_code: i32) {
+    /// Sends a signal and expects the program to end with that exit code, or of that signal.
+    pub fn signal(&mut self, name: &str, exit_code: Option<i32>, signal: Option<i32>) {
         let pid = self.process.id().to_string();
         let sent = Command::new("kill").args(["-s", name, &pid]).status().unwrap();
         assert!(sent.success());
-        self.ended_with(exit_code);
+        self.ended_as(exit_code, signal);
     }
 
     /// Returns the names of the files in the folder.
@@ -336,13 +337,17 @@ impl<'a> Viewer<'a> {
 
     /// Expects the program to end with that exit code.
     pub fn ended_with(&mut self, exit_code: i32) {
+        self.ended_as(Some(exit_code), None);
+    }
+
+    fn ended_as(&mut self, exit_code: Option<i32>, signal: Option<i32>) {
         let status = wait_for("the end", || {
             self.process
                 .try_wait()
                 .unwrap()
                 .ok_or_else(|| "a running program".into())
         });
-        assert_eq!(status.code(), Some(exit_code), "{status}");
+        assert_eq!((status.code(), status.signal()), (exit_code, signal), "{status}");
         let panicked = self.panicked.take().is_some_and(|thread| thread.join().unwrap());
         assert!(!panicked, "a thread of the program panicked");
     }

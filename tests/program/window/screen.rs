@@ -89,7 +89,8 @@ impl Screen {
     pub fn on(&self, mut command: Command) -> Command {
         command
             .env("DISPLAY", &self.display)
-            .env_remove("WAYLAND_DISPLAY");
+            // No compositor answers there, as in a tmux that is older than the session.
+            .env("WAYLAND_DISPLAY", "wayland-of-an-older-session");
         command
     }
 

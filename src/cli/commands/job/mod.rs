@@ -11,7 +11,7 @@ mod engines;
 use crate::{
     cli::{
         CliError,
-        plan::{Frame, Job, JobPlan, aov_path, has_number, of_frame, stem},
+        plan::{Frame, InputKind, Job, JobPlan, aov_path, has_number, is_for_meshes, of_frame, stem},
         report,
         write::AovKind,
     },
@@ -312,7 +312,10 @@ fn force(plan: &JobPlan, frame: &Frame) -> Option<String> {
 fn render(options: &[String], job: &Job) -> Result<String, CliError> {
     let scene = text(&job.input.path)?;
     let words = ["octray", "render", "--no-config", "--quiet", "--skip-existing"];
-    let words = words.into_iter().chain(options.iter().map(String::as_str));
+    // Those of the command line were refused: what is left comes from the config file.
+    let applies = |option: &&str| job.input.kind != InputKind::Scene || !is_for_meshes(option);
+    let options = options.iter().map(String::as_str).filter(applies);
+    let words = words.into_iter().chain(options);
     line(words.chain(["--", scene]))
 }
 

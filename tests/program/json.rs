@@ -1,0 +1,80 @@
+//! The fields of `--json`, which docs/json.md lists.
+
+use crate::program::Folder;
+use serde_json::Value;
+use std::{collections::BTreeSet, fs, path::Path};
+
+/// Every key of an object and of those in it.
+fn keys(value: &Value, found: &mut BTreeSet<String>) {
+    match value {
+        Value::Object(members) => {
+            for (key, value) in members {
+                found.insert(key.clone());
+                keys(value, found);
+            }
+        }
+        Value::Array(values) => values.iter().for_each(|value| keys(value, found)),
+        _ => {}
+    }
+}
+
+/// The part of docs/json.md about a command, without what it says about all of them.
+fn section(command: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/json.md");
+    let text = fs::read_to_string(path).unwrap();
+    let (_, section) = text.split_once(&format!("\n## {command}\n")).unwrap();
+    section.split("\n## ").next().unwrap().to_owned()
+}
+
+#[test]
+fn the_document_has_every_field() {
+    let folder = Folder::new();
+    folder.write(
+        "b.scn",
+        "camera one eye 3 0 1 target 0 0 0 fov 40 aperture 0.1 focus 2\nlight 3 -2 5 0.7\n\
+         light 1 1 3 0.5 spot 0 0 -1 20 30\nmaterial matte cd 1 0 0\nsphere 0 0 0 1\n",
+    );
+    for half in ["0,0,16,16", "16,0,32,16"] {
+        let tile = format!(
+            "a.scn --size=32x16 --crop={half} -o {}.png -q",
+            &half[..2].replace(',', "_")
+        );
+        folder.run_line(&tile).succeeded();
+    }
+    let missing_b = "b.scn --size=16 -o t-#.png --turntable=2 --aov=depth,heat -q --json=-";
+    for (command, arguments) in [
+        ("render", missing_b),
+        ("info", "info b.scn --json=-"),
+        ("bench", "bench a.scn --size=16 --repeat=1 --json=-"),
+        ("verify", "verify --seconds=0.1 --json=-"),
+        ("merge", "merge 0_.png 16.png -o merged.png --json=-"),
+        ("generate", "generate flake --count=10 --json=-"),
+    ] {
+        let run = folder.run_line(arguments);
+        assert_eq!(run.code, Some(0), "{run:?}");
+        let mut found = BTreeSet::new();
+        for line in run.text().lines() {
+            keys(&serde_json::from_str(line).unwrap(), &mut found);
+        }
+        found.remove("schema");
+        assert!(found.len() > 4, "{found:?}");
+        let section = section(command);
+        for key in found {
+            assert!(section.contains(&format!("`{key}`")), "{command}: {key}");
+        }
+    }
+}
+
+/// As docs/json.md says: no line for what is skipped, and no file if nothing is rendered.
+#[test]
+fn what_is_skipped_has_no_line() {
+    let folder = Folder::new();
+    let run = folder.run_line("a.scn no.scn --keep-going --size=8 --json=a.json");
+    assert_eq!(run.code, Some(1), "{run:?}");
+    let lines = fs::read_to_string(folder.path("a.json")).unwrap();
+    assert_eq!(lines.lines().count(), 1, "{lines}");
+    folder
+        .run_line("a.scn --skip-existing --size=8 --json=b.json")
+        .succeeded();
+    assert!(!folder.path("b.json").exists());
+}
