@@ -200,6 +200,7 @@ pub(super) fn untextured(surface: &Surface) -> Surface {
     surface.textures = SurfaceTextures {
         emission,
         opacity: opacity.and_then(|opacity| opacity.with_map(None)),
+        one_sided: surface.textures.one_sided,
         ..SurfaceTextures::NONE
     };
     surface

@@ -5,6 +5,7 @@ use crate::{
     lanes::{F32x8, LANES},
     ray::{HitPacket, Ray, RayPacket, RayPackets, SceneHit, T_MAX},
     render::CameraRays,
+    scene::Scene,
     simd::{Level, Simd, at_level},
     trace::Tracer,
 };
@@ -16,6 +17,7 @@ const ROW: usize = 4;
 
 /// Traces camera rays band by band.
 pub struct FirstHits<'a> {
+    scene: &'a Scene,
     tracer: Tracer<'a>,
     packets: RayPackets,
     hits: Vec<HitPacket>,
@@ -25,6 +27,7 @@ impl<'a> FirstHits<'a> {
     /// Traces rays of this scene.
     pub fn new(model: &'a Model, level: Level) -> Self {
         Self {
+            scene: &model.scene,
             tracer: Tracer::new(&model.bvh).at_level(level).of_scene(&model.scene),
             packets: RayPackets::default(),
             hits: Vec::new(),
@@ -61,8 +64,12 @@ impl<'a> FirstHits<'a> {
             for lane in 0..LANES {
                 let (column, row) = (packet_i * ROW + lane % ROW, lane / ROW);
                 if row < rows && column < width {
-                    let hit = self.tracer.scene_hit(&self.hits, packet_i, lane);
-                    take(row * width + column, &packets.ray(packet_i, lane), &hit);
+                    let ray = packets.ray(packet_i, lane);
+                    let mut hit = self.tracer.scene_hit(&self.hits, packet_i, lane);
+                    if self.scene.shows_back(&ray, &hit) {
+                        hit = self.tracer.visible_hit(&ray);
+                    }
+                    take(row * width + column, &ray, &hit);
                 }
             }
         }

@@ -307,6 +307,10 @@ impl Intersect for EveryPrimitive<'_> {
         brute::opaque_hit(self.scene, ray)
     }
 
+    fn visible_hit(&mut self, ray: &Ray, only_opaque: bool) -> SceneHit {
+        brute::visible_hit(self.scene, ray, only_opaque)
+    }
+
     fn occluded(&mut self, ray: &Ray) -> bool {
         self.is_stopped() || brute::occluded(self.scene, ray)
     }

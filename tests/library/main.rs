@@ -33,6 +33,7 @@ mod moving;
 mod normal_maps;
 mod numbers;
 mod odd_scenes;
+mod one_sided;
 mod picture;
 mod planes;
 mod queries;

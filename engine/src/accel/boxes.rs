@@ -205,7 +205,7 @@ fn has_repeats(boxes: &[Box8]) -> bool {
 
 /// Of primitives of the same shape, bit for bit, keeps the one with the lowest id, which wins at equal t. Otherwise a ray
 /// that hits one of a million equal triangles would test them all. Primitives that some rays may pass are kept up to the
-/// first that stops all.
+/// first that stops all. Of one-sided opaque ones only the first is kept: they have the same front.
 fn first_of_each_shape(
     scene: &Scene,
     primitives: Vec<PrimitiveId>,
@@ -217,10 +217,21 @@ fn first_of_each_shape(
     keyed.par_sort_unstable();
     let (mut primitives, mut repeats) = (Vec::new(), Vec::new());
     for same in keyed.chunk_by(|a, b| a.0 == b.0) {
-        let whole = same.iter().position(|&(_, id)| !scene.lets_rays_pass(id));
-        let (kept, behind) = same.split_at(whole.map_or(same.len(), |i| i + 1));
-        primitives.extend(kept.iter().map(|&(_, id)| id));
-        repeats.extend(behind.iter().map(|&(_, id)| [kept[kept.len() - 1].1, id]));
+        let (mut stops_front, mut stops_all) = (None, None);
+        for &(_, id) in same {
+            let (is_one_sided, is_whole) = (scene.is_one_sided(id), !scene.lets_rays_pass(id));
+            if let Some(first) = stops_all.or(stops_front.filter(|_| is_one_sided)) {
+                repeats.push([first, id]);
+                continue;
+            }
+            primitives.push(id);
+            let stops = if is_one_sided {
+                &mut stops_front
+            } else {
+                &mut stops_all
+            };
+            *stops = stops.or(is_whole.then_some(id));
+        }
     }
     primitives.par_sort_unstable();
     repeats.par_sort_unstable();

@@ -31,7 +31,7 @@ fn nearest<S: Simd>(
     for (id, shape) in targets {
         if let Some(hit) = intersect_shape(simd, id, &shape, ray, &slabs)
             && best.loses_to(hit.t, id)
-            && passing.counts(&hit)
+            && passing.counts(ray, &hit)
         {
             best = hit;
         }
@@ -97,6 +97,17 @@ pub fn opaque_hit(scene: &Scene, ray: &Ray) -> SceneHit {
     ))
 }
 
+/// Returns the closest hit that is not on the back of a one-sided surface, on an opaque one if `only_opaque`.
+#[must_use]
+pub fn visible_hit(scene: &Scene, ray: &Ray, only_opaque: bool) -> SceneHit {
+    let passing = if only_opaque {
+        Passing::BacksNotOpaque(scene)
+    } else {
+        Passing::Backs(scene)
+    };
+    at_level!(Level::current(), |simd| closest(simd, scene, ray, passing))
+}
+
 #[inline(always)]
 #[doc(hidden)]
 pub fn closest<S: Simd>(simd: S, scene: &Scene, ray: &Ray, passing: Passing<'_>) -> SceneHit {
@@ -119,7 +130,7 @@ pub fn any<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> bool {
     let passing = Passing::Light(scene);
     for (id, shape) in targets(scene, None) {
         let hit = intersect_shape(simd, id, &shape, ray, &slabs);
-        if hit.is_some_and(|hit| hit.t < ray.t_max && passing.counts(&hit)) {
+        if hit.is_some_and(|hit| hit.t < ray.t_max && passing.counts(ray, &hit)) {
             return true;
         }
     }
@@ -142,7 +153,7 @@ fn all<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> Vec<Hit> {
     for (id, shape) in targets(scene, None) {
         if let Some(hit) = intersect_shape(simd, id, &shape, ray, &slabs)
             && hit.t < ray.t_max
-            && Passing::CutOuts(scene).counts(&hit)
+            && Passing::CutOuts(scene).counts(ray, &hit)
         {
             hits.push(hit);
         }

@@ -129,6 +129,15 @@ impl Intersect for OverScene<'_> {
         self.closest(ray, Passing::NotOpaque(self.scene))
     }
 
+    fn visible_hit(&mut self, ray: &Ray, only_opaque: bool) -> SceneHit {
+        let passing = if only_opaque {
+            Passing::BacksNotOpaque(self.scene)
+        } else {
+            Passing::Backs(self.scene)
+        };
+        self.closest(ray, passing)
+    }
+
     fn occluded(&mut self, ray: &Ray) -> bool {
         let scene = self.scene;
         !scene.planes().is_empty() && at_level!(self.level, |simd| planes::block(simd, scene, ray))
@@ -214,7 +223,7 @@ fn closest<S: Simd>(
             for (&id, shape) in bvh.primitives[range.clone()].iter().zip(&bvh.shapes[range]) {
                 if let Some(hit) = intersect_shape(simd, id, shape, ray, &slabs)
                     && best.loses_to(hit.t, id)
-                    && passing.counts(&hit)
+                    && passing.counts(ray, &hit)
                 {
                     best = hit;
                 }
@@ -269,7 +278,7 @@ fn any<S: Simd>(
         |range| {
             for (&id, shape) in bvh.primitives[range.clone()].iter().zip(&bvh.shapes[range]) {
                 let hit = intersect_shape(simd, id, shape, ray, &slabs);
-                if hit.is_some_and(|hit| hit.t < ray.t_max && passing.counts(&hit)) {
+                if hit.is_some_and(|hit| hit.t < ray.t_max && passing.counts(ray, &hit)) {
                     found = true;
                     return None;
                 }

@@ -98,7 +98,7 @@ fn closest_own<S: Simd>(
             cost.primitives += 1;
             if let Some(hit) = intersect_shape(simd, id, &scene.shape(id), ray, &slabs)
                 && best.loses_to(hit.t, id)
-                && Passing::CutOuts(scene).counts(&hit)
+                && Passing::CutOuts(scene).counts(ray, &hit)
             {
                 *best = hit;
             }

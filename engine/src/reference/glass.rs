@@ -124,7 +124,7 @@ fn shade<S: Simd>(
         return;
     }
     rays.reflection += u64::from(own.depth > 0);
-    let hit = opaque_first(simd, scene, intersect, &own.ray);
+    let hit = opaque_first(simd, scene, intersect, &own.ray, true);
     let shows_nothing = limits.transparent && own.is_straight;
     if !hit.is_hit() {
         if !shows_nothing {

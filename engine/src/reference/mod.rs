@@ -18,11 +18,15 @@ pub mod shade;
 mod surface;
 mod through;
 
-use crate::{ray::Hit, scene::Scene};
+use crate::{
+    ray::{Hit, Ray},
+    scene::Scene,
+};
 pub(crate) use draw::disc;
 #[doc(hidden)]
 pub use medium::medium_at;
 use primitive::{RaySlabs, intersect_shape};
+pub(crate) use through::seen_at;
 
 /// Where rays pass surfaces.
 #[derive(Clone, Copy)]
@@ -35,6 +39,10 @@ pub enum Passing<'a> {
     Light(&'a Scene),
     /// Wherever surfaces are not opaque.
     NotOpaque(&'a Scene),
+    /// At cut-outs and the backs of one-sided surfaces.
+    Backs(&'a Scene),
+    /// At the backs of one-sided surfaces and wherever surfaces are not opaque.
+    BacksNotOpaque(&'a Scene),
 }
 
 impl<'a> Passing<'a> {
@@ -44,12 +52,18 @@ impl<'a> Passing<'a> {
 
     /// Whether a ray stops at a hit.
     #[inline(always)]
-    fn counts(self, hit: &Hit) -> bool {
+    fn counts(self, ray: &Ray, hit: &Hit) -> bool {
         match self {
             Self::Nowhere => true,
             Self::CutOuts(scene) => !scene.is_cut_out(hit.primitive, [hit.u, hit.v]),
             Self::Light(scene) => !scene.lets_light_pass(hit.primitive, [hit.u, hit.v]),
             Self::NotOpaque(scene) => scene.is_opaque(hit.primitive, [hit.u, hit.v]),
+            Self::Backs(scene) => {
+                !scene.is_back(ray, hit.primitive) && !scene.is_cut_out(hit.primitive, [hit.u, hit.v])
+            }
+            Self::BacksNotOpaque(scene) => {
+                !scene.is_back(ray, hit.primitive) && scene.is_opaque(hit.primitive, [hit.u, hit.v])
+            }
         }
     }
 }

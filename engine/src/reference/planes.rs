@@ -37,7 +37,7 @@ pub(super) fn closest<S: Simd>(
                 v: 0.0,
                 primitive: scene.plane_id(i),
             };
-            if passing.counts(&hit) {
+            if passing.counts(ray, &hit) {
                 best = hit.into();
             }
         }

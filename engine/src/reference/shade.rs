@@ -4,7 +4,7 @@ use super::{
     draw::scattered,
     glass, light,
     surface::{interpolate, mapped, surface},
-    through::light_through,
+    through::{light_through, seen},
 };
 use crate::{
     math::{max, min, powi},
@@ -25,6 +25,14 @@ pub trait Intersect {
     fn opaque_hit(&mut self, ray: &Ray) -> SceneHit;
     /// Returns whether anything is hit before the ray's end.
     fn occluded(&mut self, ray: &Ray) -> bool;
+    /// Returns the closest hit, on an opaque surface if asked for, not on a one-sided back: there are none by default.
+    fn visible_hit(&mut self, ray: &Ray, only_opaque: bool) -> SceneHit {
+        if only_opaque {
+            self.opaque_hit(ray)
+        } else {
+            self.closest_hit(ray)
+        }
+    }
 }
 
 /// A point on a surface; the fields are those of `shade::surface::SurfacePacket`.
@@ -140,7 +148,7 @@ fn follow<S: Simd>(
             break;
         }
         rays.reflection += u64::from(level > 0);
-        let hit = intersect.closest_hit(&ray);
+        let hit = seen(simd, scene, intersect, &ray);
         if !hit.is_hit() {
             let background = scene.background_color(simd, ray.direction);
             add(simd, &mut color, weight, background);

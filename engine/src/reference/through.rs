@@ -7,22 +7,43 @@ use super::{
 use crate::{
     ray::{Hit, Ray, SceneHit},
     scene::{Crossing, MaterialId, Passage, RayCone, Scene, skipped},
-    simd::Simd,
+    simd::{Level, Simd, at_level},
 };
 
-/// Returns the closest hit of a ray, an opaque surface before others in the same place; see [`skipped`].
+/// Returns what a camera ray sees.
+pub(crate) fn seen_at(level: Level, scene: &Scene, intersect: &mut dyn Intersect, ray: &Ray) -> SceneHit {
+    at_level!(level, |simd| seen(simd, scene, intersect, ray))
+}
+
+/// Returns the closest hit of a ray that passes the backs of one-sided surfaces.
+#[inline(always)]
+pub(super) fn seen<S: Simd>(simd: S, scene: &Scene, intersect: &mut dyn Intersect, ray: &Ray) -> SceneHit {
+    let hit = intersect.closest_hit(ray);
+    if !hit.is_hit() || !scene.is_one_sided(hit.primitive) || !surface(simd, scene, ray, &hit).from_behind {
+        return hit;
+    }
+    intersect.visible_hit(ray, false)
+}
+
+/// Returns the closest hit of a ray, an opaque surface before others in the same place; see [`skipped`]. `passes_backs`: see
+/// [`seen`].
 #[inline(always)]
 pub(super) fn opaque_first<S: Simd>(
     simd: S,
     scene: &Scene,
     intersect: &mut dyn Intersect,
     ray: &Ray,
+    passes_backs: bool,
 ) -> SceneHit {
-    let hit = intersect.closest_hit(ray);
+    let hit = if passes_backs {
+        seen(simd, scene, intersect, ray)
+    } else {
+        intersect.closest_hit(ray)
+    };
     if !hit.is_hit() || scene.is_opaque(hit.primitive, [hit.u, hit.v]) {
         return hit;
     }
-    in_place_of(simd, scene, intersect, ray, hit)
+    in_place_of(simd, scene, intersect, (ray, hit), passes_backs)
 }
 
 // Not inlined: see `follow`.
@@ -31,8 +52,8 @@ fn in_place_of<S: Simd>(
     simd: S,
     scene: &Scene,
     intersect: &mut dyn Intersect,
-    ray: &Ray,
-    hit: SceneHit,
+    (ray, hit): (&Ray, SceneHit),
+    passes_backs: bool,
 ) -> SceneHit {
     let skipped = simd.call(
         #[inline(always)]
@@ -42,7 +63,13 @@ fn in_place_of<S: Simd>(
             skipped(simd, ray, hit.t, at, s.magnitude * SURFACE_OFFSET)
         },
     );
-    let found = skipped.map_or(hit, |skipped| intersect.opaque_hit(&skipped));
+    let found = skipped.map_or(hit, |skipped| {
+        if passes_backs {
+            intersect.visible_hit(&skipped, true)
+        } else {
+            intersect.opaque_hit(&skipped)
+        }
+    });
     if !found.is_hit() || found.primitive == hit.primitive {
         return hit;
     }
@@ -94,7 +121,7 @@ fn cross_all<S: Simd>(
     (mut ray, mut passage): (Ray, Passage),
 ) -> Option<[f32; 3]> {
     while ray.t_max > 0.0 {
-        let hit = opaque_first(simd, scene, intersect, &ray);
+        let hit = opaque_first(simd, scene, intersect, &ray, false);
         if !hit.is_hit() {
             passage.arrive(scene, ray.t_max);
             break;

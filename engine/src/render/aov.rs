@@ -159,12 +159,15 @@ impl<'a> AovScratch<'a> {
                     continue;
                 }
                 let ray = self.rays.rays.ray(packet, lane);
-                let (hit, cost) = if single_rays {
+                let (mut hit, cost) = if single_rays {
                     let (hit, cost) = cost::closest_hit(context.scene, context.bvh, stack, &ray);
                     (hit, if costs { cost } else { Cost::default() })
                 } else {
                     (self.tracer.scene_hit(&self.hits, packet, lane), Cost::default())
                 };
+                if context.scene.shows_back(&ray, &hit) {
+                    hit = self.tracer.visible_hit(&ray);
+                }
                 let pixel = y as usize * context.window.width() as usize + (rect.x + x) as usize;
                 let width = context.camera_rays.cone().width(hit.t);
                 band[pixel] = Aov::new(context.scene, &ray, &hit, cost, width);

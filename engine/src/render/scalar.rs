@@ -9,7 +9,8 @@ use super::{
 use crate::{
     reference::{
         bvh::OverScene,
-        shade::{Intersect, Limits, PixelSample, SecondaryRays, radiance_at},
+        seen_at,
+        shade::{Limits, PixelSample, SecondaryRays, radiance_at},
     },
     simd::at_level,
 };
@@ -119,7 +120,7 @@ impl ScalarTile<'_> {
             self.camera_rays += 1;
             samples.begin();
             let ray = at_level!(settings.level, |simd| camera_rays.ray(simd, pixel, sample));
-            if self.transparent && !self.intersect.closest_hit(&ray).is_hit() {
+            if self.transparent && !seen_at(settings.level, scene, &mut self.intersect, &ray).is_hit() {
                 continue;
             }
             let sample = PixelSample {

@@ -89,6 +89,7 @@ pub struct SceneBuilder {
     material_ids: HashMap<[u32; 10], MaterialId>,
     /// By material; those of the last ones are missing if they have none.
     textures: Vec<Option<SurfaceTextures>>,
+    one_sided: Vec<bool>,
     images: Vec<Image>,
     /// Memory of the images, bytes.
     image_bytes: u64,
@@ -203,6 +204,7 @@ impl SceneBuilder {
                 .map(|(id, material)| (material.bits(), id))
                 .collect(),
             textures: Vec::new(),
+            one_sided: Vec::new(),
             images: Vec::new(),
             image_bytes: 0,
             ambient: classic::AMBIENT,
@@ -250,8 +252,15 @@ impl SceneBuilder {
     /// # Errors
     /// [`SceneError::OutOfRange`], [`SceneError::TooMany`] or [`SceneError::OverLimit`].
     pub fn add_material(&mut self, material: Material) -> Result<MaterialId, SceneError> {
+        self.add_sided_material(material, false)
+    }
+
+    /// The same of one or two sides.
+    fn add_sided_material(&mut self, material: Material, one_sided: bool) -> Result<MaterialId, SceneError> {
         material.check()?;
-        let bits = material.bits();
+        let mut bits = material.bits();
+        // The kind is a small number.
+        bits[0] |= u32::from(one_sided) << 31;
         if let Some(&id) = self.material_ids.get(&bits) {
             return Ok(id);
         }
@@ -399,6 +408,7 @@ impl SceneBuilder {
             materials,
             material_ids: _,
             textures,
+            one_sided,
             images,
             image_bytes: _,
             ambient,
@@ -427,6 +437,7 @@ impl SceneBuilder {
             has_cut_outs: textures.iter().flatten().any(SurfaceTextures::lets_rays_pass),
             has_blending: textures.iter().flatten().any(|all| all.opacity.is_some()),
             textures,
+            one_sided,
             images,
             ambient,
             ambient_reach,

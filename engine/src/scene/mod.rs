@@ -17,6 +17,7 @@ mod material;
 mod motion;
 mod moving;
 mod normal_map;
+mod one_sided;
 mod opacity;
 mod origin;
 mod passage;
@@ -182,6 +183,8 @@ pub struct Scene {
     materials: Vec<Material>,
     /// By material; empty if none has any.
     textures: Vec<Option<SurfaceTextures>>,
+    /// By material, up to the last one that is; empty if none is.
+    one_sided: Vec<bool>,
     images: Vec<Image>,
     has_cut_outs: bool,
     has_blending: bool,

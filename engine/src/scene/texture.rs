@@ -32,6 +32,9 @@ pub struct SurfaceTextures {
     pub emission_map: Option<Texture>,
     /// Changes the shading normals.
     pub normal_map: Option<NormalMap>,
+    /// Whether triangles are invisible from behind, where their corners are clockwise, to camera rays and those that mirrors,
+    /// glass and half-transparent surfaces pass on. Shadow rays and ambient occlusion rays stop at both sides.
+    pub one_sided: bool,
 }
 
 /// Cuts out the parts of a surface where a channel of an image is below a limit: no ray hits them.
@@ -97,6 +100,7 @@ impl SurfaceTextures {
         specular_map: None,
         emission_map: None,
         normal_map: None,
+        one_sided: false,
     };
 
     /// The same textures with other images: image `i` becomes `images[i]`, or an invalid index if `images` is too short.

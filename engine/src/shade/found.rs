@@ -31,6 +31,8 @@ pub(super) struct Found {
     pub tints: Vec<Tint8>,
     pub textured: Textured,
     skipped: Skipped,
+    /// Whether the rays pass the backs of one-sided surfaces: those towards lights do not.
+    pub passes_backs: bool,
 }
 
 /// The short rays of [`skipped`], and the rays that skip them.
@@ -85,12 +87,19 @@ impl Found {
         colors: &mut TileColors,
     ) {
         let level = tracer.level();
-        self.gather_surfaces(scene, level, (rays, transparent), colors);
+        self.gather_surfaces(scene, level, (rays, transparent, false), colors);
+        let passes_backs = self.passes_backs && scene.has_one_sided();
+        if passes_backs && self.pass_backs(scene, tracer, rays, colors) {
+            self.gather_surfaces(scene, level, (rays, transparent, true), colors);
+        }
         if scene.dims_light() {
             debug_assert!(rays.sets_colors(), "misses set their colours again");
             at_level!(level, |simd| self.skip(simd, scene, tracer, rays));
-            if self.put_opaque_first(tracer) {
-                self.gather_surfaces(scene, level, (rays, transparent), colors);
+            tracer.passing_backs(passes_backs);
+            let is_any = self.put_opaque_first(tracer);
+            tracer.passing_backs(false);
+            if is_any {
+                self.gather_surfaces(scene, level, (rays, transparent, true), colors);
             }
         }
         let hits = &self.hits[..rays.rays.packets().len()];
@@ -110,18 +119,56 @@ impl Found {
         &mut self,
         scene: &Scene,
         level: Level,
-        (rays, transparent): (&RayQueue, bool),
+        (rays, transparent, again): (&RayQueue, bool, bool),
         colors: &mut TileColors,
     ) {
         let hits = &self.hits[..rays.rays.packets().len()];
         let (sorted, surfaces) = (&mut self.by_material, &mut self.surfaces);
         at_level!(level, |simd| {
-            queue::sort(simd, scene, rays, hits, transparent, sorted, colors);
+            queue::sort(simd, scene, rays, hits, (transparent, again), sorted, colors);
             surface::gather(simd, scene, rays, hits, sorted, surfaces);
             if !self.instances.is_empty() {
                 surface::place(simd, scene, (rays, hits), &self.instances, sorted, surfaces);
             }
         });
+    }
+
+    /// Replaces hits on the backs of one-sided surfaces by what is behind them, one ray at a time. Returns whether there are any.
+    fn pass_backs(
+        &mut self,
+        scene: &Scene,
+        tracer: &mut Tracer<'_>,
+        rays: &RayQueue,
+        colors: &mut TileColors,
+    ) -> bool {
+        let level = tracer.level();
+        let (mut surfaces, mut is_any) = (self.surfaces.iter(), false);
+        let (hits, instances) = (&mut self.hits, &mut self.instances);
+        self.by_material.for_each_packet(|ray_i| {
+            let behind = surfaces.next().map_or(0, |s| s.active & s.from_behind);
+            for lane in (0..LANES).filter(|lane| behind >> lane & 1 == 1) {
+                let (p, from) = (ray_i[lane] as usize / LANES, ray_i[lane] as usize % LANES);
+                if !scene.is_one_sided(PrimitiveId(hits[p].primitive[from])) {
+                    continue;
+                }
+                let found = tracer.visible_hit(&rays.rays.ray(p, from));
+                hits[p].set_hit(from, &found.hit);
+                if let Some(instances) = instances.get_mut(p) {
+                    instances[from] = found.instance.0;
+                }
+                if !found.is_hit() && !rays.sets_colors() {
+                    at_level!(level, |simd| queue::add_background(
+                        simd,
+                        scene,
+                        rays,
+                        (p, from),
+                        colors
+                    ));
+                }
+                is_any = true;
+            }
+        });
+        is_any
     }
 
     /// Collects the short rays of hits on surfaces that are not opaque, if anything opaque is near.

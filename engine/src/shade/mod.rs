@@ -290,19 +290,20 @@ impl Shader {
     ) {
         let level = tracer.level();
         self.tracing += self.found.trace(tracer, rays);
+        let transparent = settings.transparent && (depth == 1 || scene.has_blending());
+        self.found.passes_backs = true;
+        self.found
+            .gather(scene, (tracer, settings.cone), (rays, transparent), colors);
         if !rays.branches.is_empty() {
             glass::absorb(scene, rays, self.found.hits_of(rays));
         } else if let Some(medium) = settings.medium {
             let material = &scene.materials()[medium.0 as usize];
             glass::passed(material, self.found.hits_of(rays), &mut self.passed);
         }
-        let transparent = settings.transparent && (depth == 1 || scene.has_blending());
         if transparent {
             let hits = self.found.hits_of(rays);
             at_level!(level, |simd| coverage(simd, hits, &mut colors.alpha));
         }
-        self.found
-            .gather(scene, (tracer, settings.cone), (rays, transparent), colors);
         if scene.has_blending() {
             blend::weigh(scene, rays, &mut self.found, &mut colors.alpha);
         }

@@ -327,15 +327,29 @@ impl HitQueue {
     }
 }
 
+/// Adds the background to the colour that a ray adds to, lane `lane` of packet `p`.
+#[inline(always)]
+pub(super) fn add_background<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    rays: &RayQueue,
+    (p, lane): (usize, usize),
+    colors: &mut TileColors,
+) {
+    let background = background(simd, scene, &rays.rays.packets()[p].direction);
+    let weight = simd.load(&rays.weight(p));
+    colors.add(simd, 1 << lane, &rays.pixel(p), weight, background);
+}
+
 /// Sorts the hits of `rays` by material. Misses take the background, or nothing if `transparent` and straight from the
-/// camera: rays that [set colours](RayQueue::sets_colors) set those of the tile, others add to them.
+/// camera: rays that [set colours](RayQueue::sets_colors) set those of the tile, others add to them, but not `again`.
 #[inline(always)]
 pub(super) fn sort<S: Simd>(
     simd: S,
     scene: &Scene,
     rays: &RayQueue,
     hits: &[HitPacket],
-    transparent: bool,
+    (transparent, again): (bool, bool),
     by_material: &mut HitQueue,
     colors: &mut TileColors,
 ) {
@@ -358,7 +372,7 @@ pub(super) fn sort<S: Simd>(
                 background(simd, scene, &packet.direction)
             };
             colors.set(simd, packet_i, visible, background);
-        } else if visible != 0 {
+        } else if visible != 0 && !again {
             let background = background(simd, scene, &packet.direction);
             let weight = simd.load(&rays.weight(packet_i));
             colors.add(simd, visible, &rays.pixel(packet_i), weight, background);

@@ -3,8 +3,8 @@
 
 use super::{Found, HitSink, Tracer, bits, visit};
 use crate::{
-    lanes::LANES,
-    ray::{Hit, HitPacket, Origins, PrimitiveId, Ray, RayPacket},
+    lanes::{F32x8, LANES},
+    ray::{Hit, HitPacket, Origins, PrimitiveId, Ray, RayPacket, RayPackets, SceneHit},
     scene::Scene,
 };
 
@@ -23,7 +23,41 @@ impl<'a> Tracer<'a> {
     pub(super) fn pass_cut_outs(mut self, scene: &'a Scene) -> Self {
         self.cut_outs = scene.has_cut_outs().then_some(scene);
         self.dimming = scene.dims_light().then_some(scene);
+        self.one_sided = scene.has_one_sided().then_some(scene);
         self
+    }
+
+    /// Finds the closest hit of one ray that is not on the back of a one-sided surface.
+    pub fn visible_hit(&mut self, ray: &Ray) -> SceneHit {
+        let mut packets = RayPackets::default();
+        packets.restart(None);
+        packets.push_rays(&std::array::from_fn(|lane| Ray {
+            t_max: if lane == 0 { ray.t_max } else { 0.0 },
+            ..*ray
+        }));
+        let mut hits = [HitPacket::miss(F32x8::ZERO)];
+        let kept = self.instances.as_mut().map(|all| std::mem::take(all.found_mut()));
+        self.passing_backs(true);
+        self.closest_hit(packets.origins(), packets.packets(), &mut hits);
+        self.passing_backs(false);
+        let found = self.scene_hit(&hits, 0, 0);
+        if let (Some(instances), Some(kept)) = (&mut self.instances, kept) {
+            *instances.found_mut() = kept;
+        }
+        found
+    }
+
+    /// Lets rays other than occlusion rays pass the backs of one-sided surfaces; or no longer.
+    pub(crate) fn passing_backs(&mut self, passes: bool) {
+        self.passes_backs = passes;
+        if let Some(instances) = &mut self.instances {
+            instances.pass_backs(passes);
+        }
+    }
+
+    /// Whether a ray meets a back that it passes.
+    fn passes_back(&self, ray: &Ray, id: PrimitiveId) -> bool {
+        self.passes_backs && self.one_sided.is_some_and(|scene| scene.is_back(ray, id))
     }
 
     /// As [`closest_hit`](Self::closest_hit), on opaque surfaces only, one ray at a time: for short rays.
@@ -92,7 +126,9 @@ impl<'a> Tracer<'a> {
 
     fn visit_closest(&self, ray: &Ray) -> Hit {
         let mut closest = Closest {
-            passes: |hit: &Hit| self.passes(hit.primitive, [hit.u, hit.v]),
+            passes: |hit: &Hit| {
+                self.passes(hit.primitive, [hit.u, hit.v]) || self.passes_back(ray, hit.primitive)
+            },
             best: Hit::miss(ray.t_max),
         };
         if ray.t_max > 0.0 {

@@ -182,6 +182,16 @@ impl<'a> Instances<'a> {
         self.nested.stopping_only_where_opaque(stops);
     }
 
+    /// See [`Tracer::passing_backs`].
+    pub fn pass_backs(&mut self, passes: bool) {
+        self.nested.passing_backs(passes);
+    }
+
+    /// The instances of the last call's closest hits.
+    pub fn found_mut(&mut self) -> &mut Vec<[u32; LANES]> {
+        &mut self.found
+    }
+
     /// Replaces hits that are behind an instance.
     #[inline(always)]
     pub fn closest<S: Simd>(

@@ -87,6 +87,10 @@ pub struct Tracer<'a> {
     stops_where_dimmed: bool,
     /// See [`Self::opaque_hit`].
     stops_only_where_opaque: bool,
+    /// The scene, if some of its surfaces are one-sided.
+    one_sided: Option<&'a Scene>,
+    /// See [`Self::visible_hit`].
+    passes_backs: bool,
     instances: Option<Box<Instances<'a>>>,
     /// Infinite planes, and the id of the first.
     planes: &'a [Plane],
@@ -121,6 +125,8 @@ impl<'a> Tracer<'a> {
             dimming: None,
             stops_where_dimmed: false,
             stops_only_where_opaque: false,
+            one_sided: None,
+            passes_backs: false,
             instances: None,
             planes: &[],
             first_plane: PrimitiveId::NONE,
@@ -176,7 +182,7 @@ impl<'a> Tracer<'a> {
     /// If `rays` and `hits`, or separate origins, differ in length.
     pub fn closest_hit(&mut self, origins: Origins<'_>, rays: &[RayPacket], hits: &mut [HitPacket]) {
         assert_eq!(rays.len(), hits.len(), "a hit packet for each ray packet");
-        if self.stops_only_where_opaque {
+        if self.stops_only_where_opaque || self.passes_backs {
             self.visit_all(origins, rays, hits);
         } else {
             match self.start_at(origins, rays) {

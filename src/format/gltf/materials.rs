@@ -339,6 +339,8 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
             specular_map: rough_shown.or(own_color),
             emission_map: emissive.texture.filter(|_| emission != [0.0; 3]),
             normal_map: normal_map.filter(|_| !normals_left_out),
+            // Light enters glass and leaves it.
+            one_sided: !material.double_sided() && matches!(through, Through::Not | Through::Faint),
         },
     };
     Shown {

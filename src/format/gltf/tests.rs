@@ -278,7 +278,11 @@ fn an_image_that_is_missing_leaves_the_colour() {
         mesh.notes,
         ["folder/a.gltf: texture no.png is not shown: file not found"]
     );
-    assert_eq!(mesh.surfaces[0].textures, SurfaceTextures::NONE);
+    let plain = SurfaceTextures {
+        one_sided: true,
+        ..SurfaceTextures::NONE
+    };
+    assert_eq!(mesh.surfaces[0].textures, plain);
     assert_eq!(mesh.surfaces[0].diffuse, Surface::NEUTRAL.diffuse);
     assert!(mesh.columns.uvs.is_empty() && mesh.images.is_empty());
     // WebP is preferred; an image of another kind is left out.
@@ -306,7 +310,7 @@ fn an_image_that_is_missing_leaves_the_colour() {
     assert_eq!(textures.opacity, Opacity::new(0.3, textures.base));
     let glow = r#""materials":[{"emissiveFactor":[1,1,1],"emissiveTexture":{"index":0}}]"#;
     let glow = textured(glow, basis).expect("a mesh");
-    assert_eq!(glow.surfaces[0].textures, SurfaceTextures::NONE);
+    assert_eq!(glow.surfaces[0].textures, plain);
     assert_eq!(glow.notes, ["folder/a.gltf: left out: 1 unsupported texture"]);
     let strong = r#""materials":[{"emissiveFactor":[1,0.1,0],
         "extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":4}}}]"#;

@@ -361,6 +361,7 @@ impl<'a> Reading<'a> {
                     texture,
                     scale: self.normal_scale,
                 }),
+                one_sided: false,
             },
         };
         (self.name, surface, shift)

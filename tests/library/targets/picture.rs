@@ -74,6 +74,17 @@ fn material(u: &mut Unstructured<'_>) -> Result<Material> {
     })
 }
 
+/// Without a byte of its own, as the opacity.
+fn is_one_sided(material: &Material) -> bool {
+    match material {
+        Material::Silhouette { color } | Material::Matte { color } | Material::Reflection { color, .. } => {
+            color[0] > 0.5
+        }
+        Material::BlinnPhong { diffuse, .. } => diffuse[0] > 0.5,
+        Material::Glass { .. } => false,
+    }
+}
+
 /// Without a byte of its own, so that old inputs keep their meaning.
 fn opacity(material: &Material) -> Option<Opacity> {
     match material {
@@ -144,6 +155,7 @@ fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
                 let material = material(u)?;
                 let textures = SurfaceTextures {
                     opacity: opacity(&material),
+                    one_sided: is_one_sided(&material),
                     ..SurfaceTextures::NONE
                 };
                 let added = builder.add_textured_material(material, textures);
@@ -274,6 +286,10 @@ impl Intersect for EveryPrimitive<'_> {
 
     fn opaque_hit(&mut self, ray: &Ray) -> SceneHit {
         brute::opaque_hit(self.0, ray)
+    }
+
+    fn visible_hit(&mut self, ray: &Ray, only_opaque: bool) -> SceneHit {
+        brute::visible_hit(self.0, ray, only_opaque)
     }
 
     fn occluded(&mut self, ray: &Ray) -> bool {

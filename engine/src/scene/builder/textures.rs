@@ -36,14 +36,23 @@ impl SceneBuilder {
             textures.opacity = None;
             textures.normal_map = None;
         }
-        if textures == SurfaceTextures::NONE {
-            return self.add_material(material);
+        // Kept apart: scenes without textures skip their pass.
+        let one_sided = std::mem::take(&mut textures.one_sided);
+        let id = if textures == SurfaceTextures::NONE {
+            self.add_sided_material(material, one_sided)?
+        } else {
+            material.check()?;
+            textures.check(self.images.len())?;
+            let id = self.push_material(material)?;
+            self.textures.resize(id.0 as usize, None);
+            self.textures.push(Some(textures));
+            id
+        };
+        if one_sided {
+            let count = self.one_sided.len().max(id.0 as usize + 1);
+            self.one_sided.resize(count, false);
+            self.one_sided[id.0 as usize] = true;
         }
-        material.check()?;
-        textures.check(self.images.len())?;
-        let id = self.push_material(material)?;
-        self.textures.resize(id.0 as usize, None);
-        self.textures.push(Some(textures));
         Ok(id)
     }
 }

@@ -192,3 +192,18 @@ fn hidden_nodes_show_nothing() {
         6
     );
 }
+
+#[test]
+fn materials_are_one_sided_unless_they_say_otherwise() {
+    let from = r#""materials":[{"#;
+    let is_one_sided = |rest: &str| {
+        let mesh = changed(from, &format!(r#""materials":[{{{rest}"#)).expect("a mesh");
+        mesh.surfaces[0].textures.one_sided
+    };
+    assert!(is_one_sided("") && is_one_sided(r#""doubleSided":false,"#));
+    assert!(!is_one_sided(r#""doubleSided":true,"#));
+    let glass = r#""extensions":{"KHR_materials_transmission":{"transmissionFactor":1}},"pbrMetallicRoughness":{"metallicFactor":0}},{"#;
+    assert!(!is_one_sided(glass));
+    let without = changed(r#","material":0"#, "").expect("a mesh");
+    assert!(without.surfaces.iter().all(|surface| !surface.textures.one_sided));
+}
