@@ -25,10 +25,4 @@ pub fn weld(x: &[f32], y: &[f32], z: &[f32]) -> Vec<u32> {
 }
 
 #[cfg(test)]
-mod tests {
-    #[test]
-    fn equal_positions_map_to_the_first() {
-        let found = super::weld(&[1.0, 0.0, 1.0, -0.0, 1.0], &[2.0, 0.0, 2.0, 0.0, 3.0], &[0.0; 5]);
-        assert_eq!(found, [0, 1, 0, 1, 4]);
-    }
-}
+mod tests;
