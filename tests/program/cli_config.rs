@@ -205,6 +205,17 @@ fn jobs_of_scenes_have_no_defaults_for_meshes() {
         assert!(!of_scene.iter().any(|line| line.contains(option)), "{commands}");
     }
     assert_eq!((of_mesh.len(), of_scene.len()), (1, 1), "{commands}");
+    folder.write(
+        "d.toml",
+        "ortho = \"fit\"\nstyle = \"plain\"\nenvironment = \"sky.hdr\"\n",
+    );
+    let job = "job --for=parallel --into=other b.obj --config=d.toml --tiles=1x1 --eye=3,3,3";
+    folder.run_line(job).succeeded();
+    let commands = fs::read_to_string(folder.path("other/commands.txt")).unwrap();
+    assert!(
+        !commands.contains("--ortho") && !commands.contains("--environment"),
+        "{commands}"
+    );
 }
 
 #[test]

@@ -1,7 +1,10 @@
 //! Outputs of pictures: files, folders, devices, pipes; nothing is left behind after a failure.
 #![cfg(unix)]
 
-use crate::program::{Folder, Run, send_signal};
+use crate::{
+    program::{Folder, Run, send_signal},
+    signals,
+};
 use std::{
     fs,
     io::Read,
@@ -274,7 +277,7 @@ fn a_signal_ends_a_program_that_waits_for_a_reader() {
     if !folder.make_pipe("pipe.png") {
         return;
     }
-    for signal in ["-INT", "-TERM", "-HUP"] {
+    for signal in signals::ending() {
         let child = folder.command(&["a.scn", "-o", "pipe.png"]).spawn().unwrap();
         sleep(Duration::from_millis(500));
         send_signal(&child, signal);

@@ -21,10 +21,41 @@ const LONG: [&str; 8] = [
     "--threads=2",
 ];
 
+/// Whether the tests run under `nohup`, and octray ignores SIGHUP.
+pub fn is_nohup() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask & 1 == 1)
+}
+
+/// The signals that end octray, as `kill` takes them.
+pub fn ending() -> impl Iterator<Item = &'static str> {
+    let hang_up = (!is_nohup()).then_some("-HUP");
+    ["-INT", "-TERM"].into_iter().chain(hang_up)
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn nohup_is_heeded() {
+    let folder = Folder::new();
+    let mut nohup = folder.any_command("nohup", &[PROGRAM]);
+    let Ok(mut child) = nohup.args(LONG).args(["-o", "a.png"]).spawn() else {
+        println!("skipped: this needs `nohup`");
+        return;
+    };
+    sleep(Duration::from_millis(400));
+    send_signal(&child, "-HUP");
+    sleep(Duration::from_millis(400));
+    assert!(child.try_wait().unwrap().is_none(), "it ended");
+    send_signal(&child, "-TERM");
+    child.wait().unwrap();
+}
+
 #[test]
 fn signals_leave_nothing() {
     let folder = Folder::new();
-    for name in ["-INT", "-TERM", "-HUP"] {
+    for name in ending() {
         let child = folder.command(&LONG).spawn().unwrap();
         sleep(Duration::from_millis(400));
         let start = Instant::now();

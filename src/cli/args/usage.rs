@@ -152,7 +152,8 @@ pub fn two_pages(arguments: &[OsString]) -> Option<String> {
     let is_command = definition()
         .get_subcommands()
         .any(|command| command.get_name() == first);
-    is_command.then(|| format!("`octray help` takes one command, such as octray help {first}"))
+    (is_command || first == "help")
+        .then(|| format!("`octray help` takes one command, such as octray help {first}"))
 }
 
 fn texts(arguments: &[OsString]) -> impl Iterator<Item = &str> {

@@ -101,6 +101,16 @@ fn refused(error: std::io::Error) -> CliError {
     CliError::Failed(format!("cannot watch for signals: {error}"))
 }
 
+/// Whether the end of the terminal is ignored, as `nohup` has it: then it stays so. (Shells have their background jobs ignore
+/// Ctrl-C, which octray hears nevertheless.)
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    signal == consts::SIGHUP && mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
+}
+
 /// Ends the process by the default action of a signal.
 #[cfg(unix)]
 fn die_of(signal: i32) -> ! {
@@ -127,7 +137,8 @@ fn watch(
     /// The thread only sleeps and removes files.
     const STACK_BYTES: usize = 1 << 17;
 
-    let mut signals = Signals::new(SIGNALS).map_err(refused)?;
+    let heard = SIGNALS.iter().filter(|&&signal| !is_ignored(signal));
+    let mut signals = Signals::new(heard).map_err(refused)?;
     let requested = Arc::clone(requested);
     let wait = move || {
         if let Some(signal) = signals.forever().next() {

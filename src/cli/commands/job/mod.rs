@@ -312,8 +312,14 @@ fn force(plan: &JobPlan, frame: &Frame) -> Option<String> {
 fn render(options: &[String], job: &Job) -> Result<String, CliError> {
     let scene = text(&job.input.path)?;
     let words = ["octray", "render", "--no-config", "--quiet", "--skip-existing"];
-    // Those of the command line were refused: what is left comes from the config file.
-    let applies = |option: &&str| job.input.kind != InputKind::Scene || !is_for_meshes(option);
+    // Those of the command line were refused: what is left, but not in the plan, comes from the config file.
+    let input = &job.input;
+    let applies = |option: &&str| match option.split('=').next() {
+        _ if input.kind == InputKind::Scene && is_for_meshes(option) => false,
+        Some("--environment" | "--environment-rotate") => input.mesh.environment.is_some(),
+        Some("--ortho") => input.camera.fits_ortho || *option != "--ortho=fit",
+        _ => true,
+    };
     let options = options.iter().map(String::as_str).filter(applies);
     let words = words.into_iter().chain(options);
     line(words.chain(["--", scene]))

@@ -77,6 +77,9 @@ end
 complete -c octray -n "__fish_octray_needs_command" -F
 "#;
 
+/// How clap_complete completes files, which breaks names at spaces. Without an answer bash completes them itself.
+const BASH_FILES: &str = r#"COMPREPLY=($(compgen -f "${cur}"))"#;
+
 /// Where the body of clap_complete's function for zsh begins.
 const ZSH_START: &str = "\n_octray() {\n";
 /// How clap_complete begins an argument that takes all further words for itself: no options complete after the first one.
@@ -88,7 +91,7 @@ const ZSH_MIXED: &str = "\n'*:";
 pub fn with_scenes(shell: Shell, script: &str, commands: &[&str]) -> String {
     let filled = |text: &str| text.replace(COMMANDS, &commands.join(" "));
     match shell {
-        Shell::Bash => script.to_owned() + &filled(BASH),
+        Shell::Bash => script.replace(BASH_FILES, "COMPREPLY=()") + &filled(BASH),
         Shell::Zsh => {
             script
                 .replace(ZSH_REST, ZSH_MIXED)
