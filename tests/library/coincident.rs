@@ -2,7 +2,7 @@
 
 use crate::{
     blending::{assert_left, see_through},
-    glass::{pixels, surface, under},
+    glass::{color, pixels, surface, under},
     instances::brute_force_agrees,
 };
 use glam::{DQuat, DVec3, Vec3};
@@ -179,4 +179,20 @@ fn glass_on_a_floor() {
         surface(builder, 0.0, false, id);
         surface(builder, 5.0, true, id);
     });
+}
+
+/// Of equal triangles the BVH keeps some: with a half-transparent one the opaque one, too.
+#[test]
+fn equal_triangles_keep_what_is_opaque() {
+    for opacity in [0.3, 0.5, 0.7, 0.99] {
+        let (mut builder, _) = under(BLUE, Material::GLASS);
+        let [red, green] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|color| Material::Silhouette { color });
+        let pane = see_through(&mut builder, red, opacity);
+        let wall = builder.add_material(green).unwrap();
+        for material in [pane, wall, wall, pane] {
+            surface(&mut builder, 0.0, true, material);
+        }
+        let found = color(&builder.finish(), DVec3::Z * 2.0, DVec3::ZERO, 4);
+        assert_eq!(found, [0.0, 1.0, 0.0], "{opacity}");
+    }
 }

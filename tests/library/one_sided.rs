@@ -270,3 +270,24 @@ fn coverage_and_aovs() {
     }
     assert_eq!(all[0], all[1]);
 }
+
+#[test]
+fn two_sides_of_a_leaf_are_no_duplicates() {
+    for (one_sided, expected) in [(true, 1), (false, 2)] {
+        let mut builder = SceneBuilder::new();
+        let textures = SurfaceTextures {
+            one_sided,
+            ..SurfaceTextures::NONE
+        };
+        let red = builder.add_textured_material(RED, textures).unwrap();
+        let mesh = TriangleMesh {
+            x: vec![0.0, 1.0, 0.0],
+            y: vec![0.0, 0.0, 1.0],
+            z: vec![0.0; 3],
+            triangles: vec![[0, 1, 2], [1, 0, 2], [2, 1, 0]],
+            ..TriangleMesh::default()
+        };
+        builder.add_mesh(mesh, red).unwrap();
+        assert_eq!(builder.finish().mesh_faults().duplicate, expected);
+    }
+}

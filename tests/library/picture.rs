@@ -204,6 +204,7 @@ fn depths_and_threads_beyond_reason_are_refused() {
     }
 }
 
+#[cfg(feature = "png")]
 #[test]
 fn png_files_have_the_bytes_of_their_pixels() {
     for (size, count, pixel_bytes) in [

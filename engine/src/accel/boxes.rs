@@ -219,7 +219,7 @@ fn first_of_each_shape(
     for same in keyed.chunk_by(|a, b| a.0 == b.0) {
         let (mut stops_front, mut stops_all) = (None, None);
         for &(_, id) in same {
-            let (is_one_sided, is_whole) = (scene.is_one_sided(id), !scene.lets_rays_pass(id));
+            let (is_one_sided, is_whole) = (scene.is_one_sided(id), scene.stops_rays(id));
             if let Some(first) = stops_all.or(stops_front.filter(|_| is_one_sided)) {
                 repeats.push([first, id]);
                 continue;

@@ -12,7 +12,7 @@ use glam::{DVec3, Vec3};
 /// Rays that are spread over all directions.
 const RAYS: usize = 120;
 
-/// The most half-transparent surfaces that a ray passes.
+/// The most surfaces that a ray passes.
 const MOST_LAYERS: usize = 64;
 
 /// Returns the tinted glass around an eye, relative to the scene's origin, that looks `forward`. Rays ahead, along the axes and
@@ -36,7 +36,7 @@ pub fn medium_at(
     })
 }
 
-/// Returns the tinted glass whose back a ray meets, behind half-transparent surfaces only.
+/// Returns the tinted glass whose back a ray meets, behind half-transparent surfaces and backs of one-sided ones only.
 #[inline(always)]
 fn medium_behind<S: Simd>(
     simd: S,
@@ -55,7 +55,8 @@ fn medium_behind<S: Simd>(
         if matches!(material, Material::Glass { .. }) {
             return (surface.from_behind && material.tints()).then_some(id);
         }
-        if scene.opacity(hit.primitive, [hit.u, hit.v]) >= 1.0 {
+        let is_back = surface.from_behind && scene.is_one_sided(hit.primitive);
+        if !is_back && scene.opacity(hit.primitive, [hit.u, hit.v]) >= 1.0 {
             return None;
         }
         let offset = -(surface.magnitude * SURFACE_OFFSET);

@@ -1,6 +1,7 @@
 //! Counts mesh defects: degenerate, duplicate and inverted triangles. They do not prevent rendering.
 
 use super::{Scene, Vertices, instance::gaps, weld::weld};
+use crate::ray::PrimitiveId;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -9,7 +10,7 @@ use std::ops::Range;
 pub struct MeshFaults {
     /// Triangles without area; no ray ever hits them.
     pub degenerate: usize,
-    /// Triangles with the same three corners as an earlier one, in any order.
+    /// Triangles with the same three corners as an earlier one; one-sided ones only with the same front.
     pub duplicate: usize,
     /// Triangles that face the opposite way to most of their connected component.
     pub inverted: usize,
@@ -42,7 +43,9 @@ impl Scene {
             .map(|corners| corners.map(|vertex| welded[vertex as usize]))
             .collect();
         drop(welded);
-        let duplicate = duplicates(&corners);
+        // Two one-sided triangles back to back are a leaf.
+        let is_one_sided = |i: usize| self.has_one_sided() && self.is_one_sided(PrimitiveId(i as u32));
+        let duplicate = duplicates(&corners, is_one_sided);
         let count = corners.len() as u32;
         // One bit of an edge's id is its direction.
         let inverted = if count < u32::MAX / 2 {
@@ -84,10 +87,16 @@ fn weld_part(vertices: &Vertices, ranges: &[Range<u32>], welded: &mut [u32]) {
     }
 }
 
-fn duplicates(corners: &[[u32; 3]]) -> usize {
+/// Counts triangles with the corners of another one; those that are one-sided, in the same direction around.
+fn duplicates(corners: &[[u32; 3]], is_one_sided: impl Fn(usize) -> bool + Sync) -> usize {
     let mut sorted: Vec<[u32; 3]> = corners
         .par_iter()
-        .map(|&[a, b, c]| {
+        .enumerate()
+        .map(|(i, &[a, b, c])| {
+            if is_one_sided(i) {
+                let turns = [[a, b, c], [b, c, a], [c, a, b]];
+                return turns.into_iter().min().unwrap_or_default();
+            }
             let (low, high) = (a.min(b).min(c), a.max(b).max(c));
             // x ^ x = 0, so this leaves the middle one.
             [low, a ^ b ^ c ^ low ^ high, high]

@@ -60,6 +60,12 @@ impl SurfaceTextures {
         let may_pass = |opacity: Opacity| opacity.map.is_some() || opacity.factor < STOPS_LIGHT;
         self.cut_out.is_some() || self.opacity.is_some_and(may_pass)
     }
+
+    /// Returns whether all rays stop everywhere.
+    fn stops_rays(&self) -> bool {
+        let stops = |opacity: Opacity| opacity.map.is_none() && opacity.factor >= 1.0;
+        self.cut_out.is_none() && self.opacity.is_none_or(stops)
+    }
 }
 
 impl Scene {
@@ -109,6 +115,11 @@ impl Scene {
     pub(crate) fn lets_rays_pass(&self, id: PrimitiveId) -> bool {
         let textures = self.textures_of(id);
         self.is_glass(id) || textures.is_some_and(SurfaceTextures::lets_rays_pass)
+    }
+
+    /// Returns whether all rays stop everywhere at a primitive, and all light.
+    pub(crate) fn stops_rays(&self, id: PrimitiveId) -> bool {
+        !self.is_glass(id) && self.textures_of(id).is_none_or(SurfaceTextures::stops_rays)
     }
 
     /// Returns whether all rays stop at the surface there, and all light.

@@ -260,6 +260,9 @@ impl Host for Program {
     }
 
     fn animate(&self) -> Result<bool, String> {
+        if self.style.is_some() && is_standard_input(&self.input.path) {
+            return Err("animations are played from files, not from standard input".into());
+        }
         if self.style.is_none() || self.input.kind != InputKind::Mesh {
             return Ok(false);
         }

@@ -37,7 +37,7 @@ use super::{
     OpenMesh,
     budget::Budget,
     left_out::counted,
-    mesh::{LoadedMesh, MeshAnimation, Surface, add_texture_file},
+    mesh::{LoadedMesh, Surface, add_texture_file},
     textures,
 };
 use crate::error::LoadError;
@@ -98,6 +98,7 @@ pub(super) fn parse(
     let lights = lights::PunctualLights::of(json);
     let instancing = instancing::Instancing::of(json, path)?;
     let hidden = visibility::Hidden::of(json);
+    left_out.count(hidden.count(), "hidden node", "hidden nodes");
     let translations = translations::Translations::of(json, budget.offset());
     let document = document(root, path)?;
     let compression = Compression::of(json, path, &document)?;
@@ -159,7 +160,7 @@ pub(super) fn animations(
     bytes: &[u8],
     path: &Path,
     budget: &Budget,
-) -> Result<Vec<MeshAnimation>, LoadError> {
+) -> Result<Vec<super::mesh::MeshAnimation>, LoadError> {
     let (json, _) = split(bytes, path)?;
     let parsed = estimate::parsed_size(json);
     budget.take(parsed).map_err(|error| error.into_error(path))?;

@@ -56,6 +56,11 @@ impl Hidden {
         Self(nodes.into_iter().map(is_hidden).collect())
     }
 
+    /// How many nodes are hidden themselves.
+    pub(super) fn count(&self) -> usize {
+        self.0.iter().filter(|is_hidden| **is_hidden).count()
+    }
+
     /// Whether a node is hidden itself.
     pub(super) fn is_at(&self, node: usize) -> bool {
         self.0.get(node).is_some_and(|is_hidden| *is_hidden)

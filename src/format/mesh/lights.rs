@@ -15,7 +15,8 @@ pub(crate) fn sphere_around(bounds: &Aabb) -> (DVec3, f64) {
     }
     let center = (bounds.lower.as_dvec3() + bounds.upper.as_dvec3()) * 0.5;
     let radius = (bounds.upper.as_dvec3() - bounds.lower.as_dvec3()).length() * 0.5;
-    (center, radius.max(1e-6))
+    // A single point needs some room, too.
+    (center, if radius > 0.0 { radius } else { 1e-6 })
 }
 
 /// Returns lights scaled by the factor at which those of `reference` have the total intensity `together` at the centre of a

@@ -35,8 +35,13 @@ impl Call<'_> {
         }
         if matches!(shows_nothing(renderer, camera, settings), Ok(true)) {
             self.warned_of_nothing = true;
+            let backs = if loaded.scene.has_one_sided() {
+                ", unless from behind: its faces are one-sided"
+            } else {
+                ""
+            };
             report::warnings([format!(
-                "{} shows nothing: no camera ray hits {}",
+                "{} shows nothing: no camera ray hits {}{backs}",
                 written_name(&frame.output),
                 clip_path(loaded.path)
             )]);
