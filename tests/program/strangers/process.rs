@@ -56,13 +56,18 @@ fn signals_are_heard_whatever_is_in_hand() {
     let folder = Folder::new();
     endless(&folder, "endless.scn");
     large(&folder, "large.obj", 150_000);
+    let hang_up = if crate::signals::is_nohup() {
+        "-INT"
+    } else {
+        "-HUP"
+    };
     for (arguments, signal) in [
         (
             "endless.scn --samples 1048576 --size 8x8 --max-depth 1000",
             "-INT",
         ),
         ("endless.scn --size 4096x4096 --mode scalar", "-TERM"),
-        ("endless.scn --samples 4194304 --size 1x1", "-HUP"),
+        ("endless.scn --samples 4194304 --size 1x1", hang_up),
         ("large.obj --smooth-angle 180", "-INT"),
         ("large.obj --smooth-angle 180 --size 8192x8192 -o a.exr", "-TERM"),
         ("info large.obj", "-INT"),
