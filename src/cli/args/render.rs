@@ -13,8 +13,9 @@ use crate::{
     cli::{
         CliError, load,
         plan::{
-            ANIMATION, CameraOptions, FIT, Job, JsonTarget, Look, Looks, MeshOptions, Pictures, Planned,
-            PoseFile, RenderPlan, StartView, check_inputs, check_pattern, has_number, is_standard_input,
+            ANIMATION, CameraOptions, FIT, FOR_MESHES, Job, JsonTarget, Look, Looks, MeshOptions, Pictures,
+            Planned, PoseFile, RenderPlan, StartView, check_inputs, check_pattern, has_number,
+            is_standard_input,
         },
         write::{AovKind, is_foreign},
     },
@@ -124,19 +125,12 @@ impl RenderArgs {
 
     /// Options of meshes that come from the config file.
     fn mesh_defaults(&self) -> Vec<&'static str> {
-        const NAMES: [(&str, &str); 9] = [
-            ("style", "--style"),
-            ("ground", "--ground"),
-            ("up_axis", "--up-axis"),
-            ("smooth_angle", "--smooth-angle"),
-            ("point_size", "--point-size"),
-            ("lit_from", "--lit-from"),
-            ("environment", "--environment"),
-            ("from", "--from"),
-            ("ortho", FIT),
-        ];
-        let names = NAMES.iter().filter(|(id, _)| self.is_default(id));
-        let mut defaults: Vec<_> = names.map(|&(_, name)| name).collect();
+        let id = |name: &str| name.trim_start_matches('-').replace('-', "_");
+        let is_default = |name: &&str| self.is_default(&id(name));
+        let mut defaults: Vec<_> = FOR_MESHES.into_iter().filter(is_default).collect();
+        if self.is_default("ortho") {
+            defaults.push(FIT);
+        }
         let is_typed = |is_given: bool, id| is_given && !self.is_default(id);
         let is_pose_typed = is_typed(self.mesh.animation.is_some(), "animation")
             || is_typed(self.mesh.animation_time.is_some(), "animation_time");

@@ -239,7 +239,7 @@ pub const ANIMATION: &str = "--animation or --animation-time";
 pub const FIT: &str = "--ortho fit";
 
 /// Further options that apply to meshes only.
-const FOR_MESHES: [&str; 9] = [
+pub const FOR_MESHES: [&str; 9] = [
     "--style",
     "--ground",
     "--up-axis",

@@ -18,8 +18,8 @@ mod turntable;
 pub use choice::ViewPlan;
 pub use choice::{BenchPlan, BenchScenes, Build, GeneratePlan, InfoPlan, JsonTarget, MergePlan, VerifyPlan};
 pub use input::{
-    ANIMATION, CameraOptions, FIT, InputKind, InputPlan, MeshOptions, Side, StartView, Style, is_for_meshes,
-    is_standard_input, kind_of, name,
+    ANIMATION, CameraOptions, FIT, FOR_MESHES, InputKind, InputPlan, MeshOptions, Side, StartView, Style,
+    is_for_meshes, is_standard_input, kind_of, name,
 };
 pub use job::{Engine, JobPlan};
 #[cfg(feature = "viewer")]

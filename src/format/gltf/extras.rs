@@ -31,14 +31,6 @@ const NOT_LISTED: [&str; 18] = [
     "EXT_texture_",
 ];
 
-/// Whether the alpha of its factor alone cuts a material out.
-fn is_cut_away(material: &Material) -> bool {
-    let color = &material.pbr_metallic_roughness;
-    let is_masked = material.alpha_mode == Checked::Valid(AlphaMode::Mask);
-    let cutoff = material.alpha_cutoff.map_or(0.5, |cutoff| cutoff.0);
-    is_masked && color.base_color_texture.is_none() && color.base_color_factor.0[3] < cutoff
-}
-
 /// Whether a file has points or lines and no triangles: a cloud.
 pub(super) fn is_cloud(root: &Root) -> bool {
     let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives).peekable();
@@ -66,11 +58,6 @@ pub(super) fn left_out(root: &Root, is_cloud: bool, is_animated: bool) -> LeftOu
             materials(|m| m.occlusion_texture.is_some()),
             "occlusion map",
             "occlusion maps",
-        ),
-        (
-            materials(|m| is_cut_away(m)),
-            "material below its alpha cutoff",
-            "materials below their alpha cutoffs",
         ),
     ] {
         left_out.count(count, one, many);

@@ -105,6 +105,11 @@ pub(super) fn parse(
     let targets = morphs::MorphTargets::of(json, path, &document)?;
     let transforms = normal_maps::Transforms::of(json);
     let materials = materials::materials(&document, &webp, &transforms);
+    left_out.count(
+        materials.iter().filter(|material| material.is_cut_away).count(),
+        "material below its alpha cutoff",
+        "materials below their alpha cutoffs",
+    );
     let mut buffers = Buffers::new(path, bytes.len(), blob, open, &compression, budget);
     let pose = match moment {
         Some(moment) => animations::AnimatedPose::at(

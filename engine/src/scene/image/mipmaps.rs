@@ -7,7 +7,7 @@
 //!
 //! After Guthe and Heckbert, *Non-Power-of-Two Mipmapping*, NVIDIA 2005.
 
-use super::{Level, Means, WORTH_THREADS, display, whole_light};
+use super::{Level, Means, WORTH_THREADS, Weighted, display, whole_light};
 use crate::error::SceneError;
 use rayon::prelude::*;
 
@@ -112,7 +112,7 @@ fn mean_of_numbers(four: [[u8; 4]; 4]) -> [u8; 4] {
     })
 }
 
-fn weighted_mean_of_numbers(taps: &[(u64, [u8; 4])]) -> [u8; 4] {
+fn weighted_mean_of_numbers(taps: &[Weighted]) -> [u8; 4] {
     let all: u64 = taps.iter().map(|(weight, _)| weight).sum();
     std::array::from_fn(|channel| {
         let sum: u64 = taps
@@ -141,7 +141,7 @@ fn mean(four: [[u8; 4]; 4]) -> [u8; 4] {
 }
 
 /// [`mean`] by weights. They add up to less than 2^28, so that sums with alpha and light stay below 2^52.
-fn weighted_mean(taps: &[(u64, [u8; 4])]) -> [u8; 4] {
+fn weighted_mean(taps: &[Weighted]) -> [u8; 4] {
     if taps.iter().all(|(_, texel)| *texel == taps[0].1) {
         return taps[0].1;
     }
