@@ -25,7 +25,8 @@ pub trait Intersect {
     fn opaque_hit(&mut self, ray: &Ray) -> SceneHit;
     /// Returns whether anything is hit before the ray's end.
     fn occluded(&mut self, ray: &Ray) -> bool;
-    /// Returns the closest hit, on an opaque surface if asked for, not on a one-sided back: there are none by default.
+    /// Returns the closest hit that is not on the back of a one-sided surface; on an opaque surface if `only_opaque`. By
+    /// default no surface is one-sided.
     fn visible_hit(&mut self, ray: &Ray, only_opaque: bool) -> SceneHit {
         if only_opaque {
             self.opaque_hit(ray)

@@ -24,8 +24,7 @@ use crate::{
 /// First samples where light comes from points. They miss most of what is thinner than a pixel.
 const FIRST: u32 = 1;
 
-/// From this number of samples on, there are [`FIRST_OF_SOFT`] first samples everywhere: who asks for so many wants thin wires
-/// whole.
+/// From this number of samples on, every picture takes [`FIRST_OF_SOFT`] first samples, which find thinner wires.
 // Tuned: see docs/lab-notes.md#adaptive-samples
 const FINE: u32 = 64;
 

@@ -255,7 +255,7 @@ impl SceneBuilder {
         self.add_sided_material(material, false)
     }
 
-    /// The same of one or two sides.
+    /// As [`Self::add_material`], seen from one side or from both.
     fn add_sided_material(&mut self, material: Material, one_sided: bool) -> Result<MaterialId, SceneError> {
         material.check()?;
         let mut bits = material.bits();

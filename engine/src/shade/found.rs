@@ -133,7 +133,7 @@ impl Found {
         });
     }
 
-    /// Replaces hits on the backs of one-sided surfaces by what is behind them, one ray at a time. Returns whether there are any.
+    /// Replaces hits on the backs of one-sided surfaces with hits behind them, one ray at a time. Returns whether there were any.
     fn pass_backs(
         &mut self,
         scene: &Scene,

@@ -71,9 +71,10 @@ Examples:
   octray render - -o bunny.png < bunny.ply          a mesh or a scene from standard input
 
 Config file: defaults for the options of `octray render` and `octray job`, in TOML. It is octray/config.toml in \
-$XDG_CONFIG_HOME or ~/.config; --config names another one, and --no-config reads none. A key is the long name of an option, \
-with its hyphens; there are no sections. A switch is true or false, and a list is [1, 2, 3] or, as on the command line, \
-\"1,2,3\". The command line wins. Defaults of options for meshes, such as `ground`, are skipped for scenes. `config`, `no-config`, `force`, `help` and `version` are refused.
+$XDG_CONFIG_HOME or ~/.config; --config names another one, and --no-config reads none. A key is the long name of an \
+option, with its hyphens; there are no sections. A switch is true or false, and a list is [1, 2, 3] or, as on the command \
+line, \"1,2,3\". The command line wins. Defaults of options for meshes, such as `ground`, are skipped for scenes. \
+`config`, `no-config`, `force`, `help` and `version` are refused.
 
 Example of a config file:
   size = \"1920x1080\"

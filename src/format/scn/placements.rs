@@ -96,7 +96,7 @@ fn other_content(bytes: &[u8], path: &Path) -> Option<&'static str> {
     }
 }
 
-/// The error about a word that is no number.
+/// The error for a word that is not a number.
 fn no_number(word: &[u8], text: &str) -> String {
     let is_list = |text: &str| {
         text.contains(',')

@@ -312,7 +312,7 @@ fn force(plan: &JobPlan, frame: &Frame) -> Option<String> {
 fn render(options: &[String], job: &Job) -> Result<String, CliError> {
     let scene = text(&job.input.path)?;
     let words = ["octray", "render", "--no-config", "--quiet", "--skip-existing"];
-    // Those of the command line were refused: what is left, but not in the plan, comes from the config file.
+    // What does not apply is a default of the config file: on the command line it was refused.
     let input = &job.input;
     let applies = |option: &&str| match option.split('=').next() {
         _ if input.kind == InputKind::Scene && is_for_meshes(option) => false,
