@@ -72,7 +72,7 @@ fn memory_is_bounded() {
 }
 
 /// Frames that are counted.
-const FRAMES: usize = 40;
+const FRAMES: usize = 24;
 /// Seven bands of tiles in the first frame, four in the last.
 const HEIGHT: u32 = 97;
 /// Rayon's injector queue allocates a block for every 63 jobs; on a busy machine, where its threads sleep and wake more

@@ -161,7 +161,7 @@ fn every_level_builds_the_same_trees() {
     let scenes = [
         all_materials(true),
         generated(Kind::Flake, 3000),
-        generated(Kind::Blobs, 80_000),
+        generated(Kind::Blobs, rounds(40_000, 80_000)),
     ];
     for scene in &scenes {
         for quality in [BuildQuality::Fast, BuildQuality::Best] {

@@ -1,7 +1,7 @@
 //! Calls of the command line: options, config files, references, standard streams.
 
 use super::Call;
-use crate::program::Folder;
+use crate::{long::rounds, program::Folder};
 use std::fs::{self, File};
 
 /// Words that act on a terminal, hide or reorder: ESC, BEL, C1, and characters of Unicode.
@@ -273,7 +273,7 @@ fn references_are_bounded() {
     ] {
         run(&folder, &["a.scn", "--size=64x64", "-o", name, "--quiet"]);
         let whole = fs::read(folder.path(name)).unwrap();
-        for step in 0..24 {
+        for step in (0..24).step_by(rounds(2, 1)) {
             let mut broken = whole.clone();
             if step < 12 {
                 broken.truncate(whole.len() * step / 12);

@@ -1,7 +1,7 @@
 //! Scenes, glTF, and what may be opened.
 
 use super::Call;
-use crate::program::Folder;
+use crate::{long::rounds, program::Folder};
 use std::fs::{self, File};
 
 fn gltf(body: &str) -> String {
@@ -84,9 +84,9 @@ fn buffers_of_one_file() {
 fn a_triangle_placed_too_often() {
     let folder = Folder::new();
     zeros(&folder, "a.bin", 36);
-    folder.write("a.gltf", &placed(&list(r#"{"mesh":0}"#, 100_000), "a.bin"));
+    folder.write("a.gltf", &placed(&list(r#"{"mesh":0}"#, 30_000), "a.bin"));
     assert_eq!(Call::new(&folder, &["info", "a.gltf"]).run().code, Some(0));
-    placements(&folder, "a.scn", "a.gltf", 100);
+    placements(&folder, "a.scn", "a.gltf", 330);
     Call::new(&folder, &["info", "a.scn"]).refused("above the memory limit of 300.0 MiB");
 }
 
@@ -139,11 +139,11 @@ fn files_without_an_end() {
 fn missing_files() {
     let folder = Folder::new();
     let name = "n".repeat(70);
-    for i in 0..3000 {
+    for i in 0..rounds(1000, 3000) {
         fs::write(folder.path(&format!("{name}{i}")), "").expect("a file");
     }
     let mut text = String::new();
-    for i in 0..200 {
+    for i in 0..rounds(60, 200) {
         let libraries: String = (0..30).map(|i| format!("mtllib {name}x{i}\n")).collect();
         let mesh = format!("{libraries}v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
         folder.write(&format!("{i}.obj"), &mesh);
