@@ -77,27 +77,19 @@ pub fn render(
         cancelled.load(Ordering::Relaxed)
     };
     let stop = &|| report(0);
-    let view = camera.view();
-    let eye = (model.scene.relative(view.eye), view.target - view.eye);
-    let every = &mut EveryPrimitive {
-        scene: &model.scene,
-        stop,
-    };
+    let (scene, view) = (&model.scene, camera.view());
+    let eye = (scene.relative(view.eye), view.target - view.eye);
+    let every = &mut EveryPrimitive { scene, stop };
     let frame = Frame {
         model,
         style,
         settings,
-        rays: CameraRays::new(&model.scene, camera, settings),
+        rays: CameraRays::new(scene, camera, settings),
         limits: Limits {
             max_depth: settings.max_depth,
             shadows: settings.shadows,
             transparent: false,
-            medium: medium_at(
-                settings.level,
-                &model.scene,
-                &mut |ray| every.closest_hit(ray),
-                eye,
-            ),
+            medium: medium_at(settings.level, scene, &mut |ray| every.closest_hit(ray), eye),
         },
         stop,
     };

@@ -10,6 +10,7 @@ pub type Seed = (&'static str, String, Vec<u8>);
 pub fn all() -> Vec<Seed> {
     let mut seeds = Vec::new();
     plies(&mut seeds);
+    textured_plies(&mut seeds);
     objs(&mut seeds);
     stls(&mut seeds);
     gltfs(&mut seeds);
@@ -82,6 +83,9 @@ fn plies(seeds: &mut Vec<Seed>) {
             add(seeds, "ply", &format!("{kind}-{encoding}.ply"), bytes);
         }
     }
+}
+
+fn textured_plies(seeds: &mut Vec<Seed>) {
     let points = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
     let body = "end_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
     for (name, header, faces) in [

@@ -178,6 +178,7 @@ fn json_says_what_was_merged() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of cases")]
 fn tiles_that_do_not_fit_are_refused() {
     let folder = Folder::new();
     let tile = |name: &str, options: &str| render(&folder, "a.scn", name, options);

@@ -59,7 +59,11 @@ fn eights(column: &WideColumn) -> [&F32x8; 4] {
 }
 
 /// They do what eight portable ones do, eight by eight.
-#[expect(clippy::cognitive_complexity, reason = "one line an operation")]
+#[expect(
+    clippy::cognitive_complexity,
+    clippy::too_many_lines,
+    reason = "one line an operation"
+)]
 #[inline(always)]
 fn eights_are_as_eight_lanes<V: Lanes>(simd: V::Simd) {
     let mut random = fastrand::Rng::with_seed(11);

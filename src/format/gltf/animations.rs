@@ -57,13 +57,16 @@ impl NodePose {
 }
 
 impl AnimatedPose {
-    /// The pose at a moment.
+    /// The pose at a moment; nothing moves without one.
     pub(super) fn at(
-        moment: &Moment,
+        moment: Option<&Moment>,
         (animations, listed): (&[Animation], &[MeshAnimation]),
         (document, targets): (&Document, &MorphTargets<'_>),
         buffers: &mut Buffers<'_>,
     ) -> Result<Self, LoadError> {
+        let Some(moment) = moment else {
+            return Ok(Self::default());
+        };
         let chosen = MeshAnimation::find(listed, moment.animation.as_deref());
         let chosen = chosen.map_err(|why| buffers.refused(why))?;
         let animation = &animations[chosen];

@@ -263,6 +263,18 @@ pub(super) fn exponent(roughness: f32) -> u32 {
     ((2.0 / roughness.clamp(0.1, 1.0).powi(4) - 2.0) as u32).clamp(4, 2000)
 }
 
+/// The colour of a highlight; a metal's is its own.
+fn specular(roughness: f32, metallic: f32, diffuse: [f32; 3]) -> [f32; 3] {
+    diffuse.map(|channel| 0.6 * (1.0 - roughness) * (1.0 + metallic * (channel - 1.0)))
+}
+
+fn emission(material: &gltf::Material<'_>) -> [f32; 3] {
+    let strength = material.emissive_strength().unwrap_or(1.0);
+    material
+        .emissive_factor()
+        .map(|factor| display_emission(factor * strength))
+}
+
 /// A material as octray shows it. Base colours and those of vertices are linear; surfaces and meshes hold display values.
 fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Transforms) -> Shown {
     let Factors {
@@ -287,10 +299,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
     let emission = if emission_left_out || emissive.is_unsupported || material.unlit() {
         [0.0; 3]
     } else {
-        let strength = material.emissive_strength().unwrap_or(1.0);
-        material
-            .emissive_factor()
-            .map(|factor| display_emission(factor * strength))
+        emission(material)
     };
     let placement = base.placement.or(emissive.placement);
     let (normals, normal_map) = transforms.map(material, has_highlight, webp);
@@ -311,21 +320,16 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
     if base.is_unsupported {
         diffuse = tinted(diffuse, Surface::NEUTRAL.diffuse);
     }
-    let shine = match (&roughness_map, rough_shown) {
+    let specular = match (&roughness_map, rough_shown) {
         // The map has the rest.
-        (Some(_), Some(_)) => 1.0,
-        (Some(_), None) => 1.0 - ROUGHNESS_MAP,
-        _ => 1.0 - roughness.clamp(0.1, 1.0),
-    };
-    // A metal's highlight has its own colour.
-    let tint = match rough_shown {
-        Some(_) => [1.0; 3],
-        None => diffuse.map(|channel| 1.0 + metallic * (channel - 1.0)),
+        (Some(_), Some(_)) => [0.6; 3],
+        (Some(_), None) => specular(ROUGHNESS_MAP, metallic, diffuse),
+        _ => specular(roughness.clamp(0.1, 1.0), metallic, diffuse),
     };
     let base_image = base.texture.map(|texture| texture.image);
     let surface = Surface {
         diffuse,
-        specular: tint.map(|channel| 0.6 * shine * channel),
+        specular,
         // A map that is shown brings its own mean.
         alpha: exponent(roughness * roughness_map.map_or(1.0, |_| ROUGHNESS_MAP)),
         is_unlit: material.unlit(),

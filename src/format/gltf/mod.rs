@@ -111,15 +111,12 @@ pub(super) fn parse(
         "materials below their alpha cutoffs",
     );
     let mut buffers = Buffers::new(path, bytes.len(), blob, open, &compression, budget);
-    let pose = match moment {
-        Some(moment) => animations::AnimatedPose::at(
-            moment,
-            (&animations, &listed),
-            (&document, &targets),
-            &mut buffers,
-        )?,
-        None => animations::AnimatedPose::default(),
-    };
+    let pose = animations::AnimatedPose::at(
+        moment,
+        (&animations, &listed),
+        (&document, &targets),
+        &mut buffers,
+    )?;
     let mut reading = nodes::Reading::new(lights, is_cloud);
     let contents = nodes::Contents {
         document: &document,

@@ -221,6 +221,31 @@ impl<'b> Obj<'b> {
         Ok(())
     }
 
+    /// A position, perhaps with a colour.
+    fn vertex(&mut self, words: &mut Words<'_>, place: &Range<usize>) -> Result<(), TextFault> {
+        let names = ["x", "y", "z"];
+        let (position, places) = vector(words, place, names, self.budget.offset())?;
+        let [x, y, z] = position;
+        if let Some(i) = position.iter().position(|&value| !is_usable(value)) {
+            self.unusable.count += 1;
+            self.unusable.keep_first(|| {
+                let error = SceneError::NotUsable {
+                    what: names[i],
+                    value: position[i],
+                };
+                TextFault::new(places[i].clone(), error.to_string())
+            });
+        }
+        for column in [&mut self.x, &mut self.y, &mut self.z] {
+            self.budget.reserve(column, 1)?;
+        }
+        self.x.push(x);
+        self.y.push(y);
+        self.z.push(z);
+        self.colors.read(words, self.x.len() - 1, self.budget)?;
+        Ok(())
+    }
+
     fn line(
         &mut self,
         mut words: Words<'_>,
@@ -232,28 +257,7 @@ impl<'b> Obj<'b> {
             return Ok(());
         };
         match keyword {
-            b"v" => {
-                let names = ["x", "y", "z"];
-                let (position, places) = vector(&mut words, &place, names, self.budget.offset())?;
-                let [x, y, z] = position;
-                if let Some(i) = position.iter().position(|&value| !is_usable(value)) {
-                    self.unusable.count += 1;
-                    self.unusable.keep_first(|| {
-                        let error = SceneError::NotUsable {
-                            what: names[i],
-                            value: position[i],
-                        };
-                        TextFault::new(places[i].clone(), error.to_string())
-                    });
-                }
-                for column in [&mut self.x, &mut self.y, &mut self.z] {
-                    self.budget.reserve(column, 1)?;
-                }
-                self.x.push(x);
-                self.y.push(y);
-                self.z.push(z);
-                self.colors.read(&mut words, self.x.len() - 1, self.budget)?;
-            }
+            b"v" => self.vertex(&mut words, &place)?,
             b"vn" => {
                 let (normal, _) = vector(&mut words, &place, ["nx", "ny", "nz"], Offset::NONE)?;
                 self.budget.reserve(&mut self.normals, 1)?;

@@ -55,11 +55,7 @@ pub(super) fn parse(
             if materials.len() == most {
                 return Err(format!("more than {MAX_MATERIALS} materials"));
             }
-            let name = words.text(words.rest());
-            let room = budget.take(name.len() + NAME_BYTES);
-            room.and_then(|()| budget.reserve(&mut materials, 1))
-                .map_err(|error| error.to_string())?;
-            materials.push(Reading::new(name.to_vec()));
+            start_material(&mut materials, words.text(words.rest()), budget)?;
             continue;
         }
         let Some(material) = materials.last_mut() else {
@@ -113,6 +109,14 @@ pub(super) fn parse(
     notes.extend(left_out.list(&materials).note(path));
     let surfaces = materials.into_iter().map(Reading::finish);
     Ok(surfaces.collect())
+}
+
+fn start_material(materials: &mut Vec<Reading<'_>>, name: &[u8], budget: &Budget) -> Result<(), String> {
+    let room = budget.take(name.len() + NAME_BYTES);
+    room.and_then(|()| budget.reserve(materials, 1))
+        .map_err(|error| error.to_string())?;
+    materials.push(Reading::new(name.to_vec()));
+    Ok(())
 }
 
 /// What the library contains but octray does not read.

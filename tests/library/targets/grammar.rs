@@ -118,6 +118,7 @@ fn keyframes(u: Source<'_, '_>, out: &mut String, all: &[(&str, usize)]) -> Resu
     Ok(())
 }
 
+#[expect(clippy::too_many_lines, reason = "one arm a statement")]
 fn statement(u: Source<'_, '_>, out: &mut String) -> Result<()> {
     const COLORS: &[(&str, usize)] = &[
         ("color", 3),

@@ -69,6 +69,37 @@ fn sorted_shadow_rays_are_blocked_as_others_are() {
     }
 }
 
+/// The ray made invalid in each way.
+fn spoiled(ray: Ray) -> [Ray; 6] {
+    let [x, y, z] = ray.direction.to_array();
+    [
+        Ray {
+            direction: Vec3::new(f32::NAN, y, z),
+            ..ray
+        },
+        Ray {
+            direction: Vec3::new(x, f32::INFINITY, z),
+            ..ray
+        },
+        Ray {
+            direction: Vec3::ZERO,
+            ..ray
+        },
+        Ray {
+            t_max: f32::NAN,
+            ..ray
+        },
+        Ray {
+            t_max: f32::INFINITY,
+            ..ray
+        },
+        Ray {
+            origin: Vec3::new(x, y, f32::NEG_INFINITY),
+            ..ray
+        },
+    ]
+}
+
 /// One invalid ray among hundreds: the others find what they find without it, and it finds nothing.
 #[test]
 fn invalid_rays_hit_nothing_and_change_no_other() {
@@ -88,35 +119,6 @@ fn invalid_rays_hit_nothing_and_change_no_other() {
     let shared = Vec3::new(0.1, 0.2, 2.5);
     let from_one: Vec<Ray> = (0..2048).map(|_| towards(shared)).collect();
     let apart: Vec<Ray> = from_one.iter().map(|ray| towards(ray.direction * 3.0)).collect();
-    let spoiled = |ray: Ray| {
-        let [x, y, z] = ray.direction.to_array();
-        [
-            Ray {
-                direction: Vec3::new(f32::NAN, y, z),
-                ..ray
-            },
-            Ray {
-                direction: Vec3::new(x, f32::INFINITY, z),
-                ..ray
-            },
-            Ray {
-                direction: Vec3::ZERO,
-                ..ray
-            },
-            Ray {
-                t_max: f32::NAN,
-                ..ray
-            },
-            Ray {
-                t_max: f32::INFINITY,
-                ..ray
-            },
-            Ray {
-                origin: Vec3::new(x, y, f32::NEG_INFINITY),
-                ..ray
-            },
-        ]
-    };
     let methods = [Method::Adaptive, Method::Packet, Method::Single];
     let here = methods.map(|method| (method, Level::current()));
     let lower = Level::all().map(|level| (Method::Adaptive, level));

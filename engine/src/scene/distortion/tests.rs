@@ -85,6 +85,7 @@ fn points_are_seen_where_colmap_projects_them() {
 
 type Projected = ([f64; 4], Distortion, Vec<[f64; 2]>);
 
+#[expect(clippy::too_many_lines, reason = "numbers")]
 fn colmap_pixels() -> [Projected; 8] {
     let centered = [500.0, 500.0, 320.0, 240.0];
     let square = |f: f64| [f, f, 310.0, 235.0];
