@@ -50,7 +50,7 @@ pub fn implementations<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Implem
         scene: OverScene::new(scene, bvh, Level::current()),
     })];
     let methods = [
-        ("adaptive", Method::Adaptive),
+        ("render", Method::Adaptive),
         ("single rays", Method::Single),
         ("packets", Method::Packet),
     ];

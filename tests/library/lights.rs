@@ -40,6 +40,27 @@ fn falloff_is_by_the_square_of_the_distance() {
     }
 }
 
+/// In a sphere, light comes from half of all directions and as brightly as at the surface, at its centre, too.
+#[test]
+fn falloff_is_bounded_inside_a_sphere() {
+    for scale in [1.0, 1e-3, 1e4] {
+        let light = Light {
+            intensity: 0.3,
+            falloff: Some(0.5 * scale),
+            ..Light::new(LightShape::Sphere {
+                center: Vec3::ZERO,
+                radius: 0.4 * scale,
+            })
+        };
+        let scene = lit(light, scale).finish();
+        for x in [0.0, 0.05, 0.3] {
+            let found = brightness(&scene, DVec3::X * (x * f64::from(scale)), scale, 1024);
+            let expected = 0.3 * (0.5_f64 / 0.4).powi(2) * 0.25;
+            assert_close(found, expected, 4e-3, &format!("{scale} {x}"));
+        }
+    }
+}
+
 #[test]
 fn directional_lights_have_parallel_rays() {
     let to_light = DVec3::new(3.0, 0.0, 4.0);

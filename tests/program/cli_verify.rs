@@ -10,7 +10,7 @@ fn all_methods_agree_and_counts_are_printed() {
     let words = [
         "brute force",
         "scalar BVH",
-        "adaptive",
+        "render",
         "packets",
         "seed 1",
         "all agree, bit for bit",

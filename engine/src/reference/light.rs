@@ -8,7 +8,7 @@ use crate::simd::{Level, at_level};
 use crate::{
     math::{max, max_abs, min},
     ray::{Ray, T_MAX},
-    scene::{Environment, Light, LightShape, MOST_FALLOFF},
+    scene::{Environment, Light, LightShape},
     simd::Simd,
 };
 use glam::Vec3;
@@ -90,8 +90,8 @@ pub fn from_middle(light: &Light, from: Vec3) -> (Vec3, [f32; 3]) {
 #[inline(always)]
 pub(super) fn share<S: Simd>(simd: S, light: &Light, seen: &Seen) -> f32 {
     let mut share = 1.0;
-    if let Some(distance) = light.falloff {
-        share = min(distance * distance / seen.squared, MOST_FALLOFF);
+    if let Some([squared, most]) = light.falloff() {
+        share = min(squared / seen.squared, most);
     }
     if let Some(spot) = &light.spot {
         let along = spot.direction();

@@ -5,7 +5,7 @@ use crate::error::SceneError;
 use glam::{DVec3, Vec3};
 
 /// Upper bound on the factor of falloff near a light.
-pub(crate) const MOST_FALLOFF: f32 = 1e9;
+const MOST_FALLOFF: f32 = 1e9;
 
 /// The least difference of the cosines of a spot's angles: the width of its edge.
 const NARROWEST: f64 = 1e-6;
@@ -200,6 +200,16 @@ impl Light {
     #[must_use]
     pub(crate) fn is_even(&self) -> bool {
         self.falloff.is_none() && self.spot.is_none() && !matches!(self.shape, LightShape::Rectangle { .. })
+    }
+
+    /// Returns the squared distance of falloff and the largest factor of it: inside a sphere, that at its surface.
+    pub(crate) fn falloff(&self) -> Option<[f32; 2]> {
+        let squared = self.falloff.map(|distance| distance * distance)?;
+        let most = match self.shape {
+            LightShape::Sphere { radius, .. } => (squared / (radius * radius)).min(MOST_FALLOFF),
+            _ => MOST_FALLOFF,
+        };
+        Some([squared, most])
     }
 
     /// Returns the direction to which a rectangle shines, a unit vector.

@@ -49,7 +49,6 @@ pub use instance::Placing;
 pub(crate) use instance::{ImageRay, Placement};
 pub use instance::{Instance, MAX_INSTANCES, MAX_PROTOTYPES, Prototype, PrototypeId};
 pub(crate) use lift::Base;
-pub(crate) use light::MOST_FALLOFF;
 pub use light::{Light, LightShape, Spot};
 pub(crate) use material::{AMBIENT_SPECULAR, MOST_POLISH};
 pub use material::{INDEX_RANGE, MAX_ALPHA, Material};

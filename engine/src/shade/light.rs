@@ -8,7 +8,7 @@ use super::{
 use crate::{
     lanes::F32x8,
     ray::T_MAX,
-    scene::{Light, LightShape, MOST_FALLOFF},
+    scene::{Light, LightShape},
     simd::{EightLanes, Lanes, Simd, Vec3Eight},
 };
 use glam::Vec3;
@@ -107,8 +107,8 @@ impl Beam {
     pub fn share<S: Simd>(&self, simd: S, seen: &Seen<S>) -> S::V8 {
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         let mut share = one;
-        if let Some(distance) = self.light.falloff {
-            share = (simd.splat(distance * distance) / seen.squared).min(simd.splat(MOST_FALLOFF));
+        if let Some([squared, most]) = self.light.falloff() {
+            share = (simd.splat(squared) / seen.squared).min(simd.splat(most));
         }
         if let Some(spot) = &self.light.spot {
             let along = simd.splat3(spot.direction());

@@ -120,7 +120,7 @@ pub struct MeshArgs {
     pub lit_from: Option<DVec3>,
 
     /// Light the mesh by an environment map, equirectangular (.hdr, .exr or another picture), at a brightness that suits the
-    /// mesh; its middle is behind the front of the mesh. Needs many --samples, as auto:64
+    /// mesh; its middle is behind the front of the mesh. Needs many samples, such as --samples auto:64
     #[arg(long, value_name = "FILE", conflicts_with = "lit_from")]
     pub environment: Option<PathBuf>,
 

@@ -40,13 +40,13 @@ choices! { AovKind:
     Self::Id => "id", "Which triangle or sphere";
     Self::Heat => "heat", "How many nodes and primitives the ray visited";
     Self::Mask => "mask", "Where the ray hits anything: 255, else 0; 8 bits, PNG or EXR only";
-    Self::Z => "z", "Depth along the view, thousandths of a scene unit, 0 for misses and beyond 65.535 units; 16 bits, PNG or EXR (units, inf for misses) only";
+    Self::Z => "z", "Depth along the view in steps of --z-step, 0 for misses and beyond 65535 steps; 16 bits, PNG or EXR (units, inf for misses) only";
     Self::Instance => "instance", "0 for a miss, 1 outside of instances, 2 for the first instance, ..., 65535 for all beyond; 16 bits, PNG or EXR (32 bits) only";
 }
 
 choices! { Engine:
     Self::OpenJd => "openjd", "An Open Job Description template, version 2023-09";
-    Self::Slurm => "slurm", "Slurm: an array of jobs, and a job that merges afterwards";
+    Self::Slurm => "slurm", "Slurm: an array of tasks, and a job that merges afterwards";
     Self::Parallel => "parallel", "GNU parallel, on this machine or by ssh";
 }
 

@@ -17,7 +17,7 @@ macro_rules! with_window {
 pub const ALL: &str = concat!(
     "\
 Examples:
-  octray scenes/reflections.scn                   reflections.png, 512x512, the scene's first camera
+  octray scenes/reflections.scn                   reflections.png, 512x512, from viewpoint 1
   octray a.scn -o big.png --size 3840x2160        a large picture
   octray a.scn --view 3 --samples 16              another viewpoint, 16 samples per pixel
   octray a.scn --eye -3,2,1.5 --target 0,0,0.5    a view of your own
@@ -35,13 +35,12 @@ Examples:
 `octray SCENE` is short for `octray render SCENE`; `octray render --help` lists its options. For a scene \
 with the name of a command, write a path such as ./info, or the command before it.
 
-Environment: OCTRAY_ISA=portable, avx2 or avx512 selects an instruction set, by default the best of
+Environment: OCTRAY_ISA=portable, avx2 or avx512 selects an instruction set, by default the best of \
 this CPU. Pictures are the same with all of them.
 
-Exit codes: 0 success; 1 failure (the input, the disk, a limit); 2 usage error;",
-    with_window!(" 3 no display;"),
-    "
-5 a comparison or verification differs; SIGINT, SIGTERM and SIGHUP end octray themselves, which shells show
+Exit codes: 0 success; 1 failure (the input, the disk, a limit); 2 usage error; ",
+    with_window!("3 no display; "),
+    "5 a comparison or verification differs; SIGINT, SIGTERM and SIGHUP end octray themselves, which shells show \
 as 130, 143 and 129."
 );
 
@@ -79,7 +78,7 @@ line, \"1,2,3\". The command line wins. Defaults of options for meshes, such as 
 Example of a config file:
   size = \"1920x1080\"
   samples = \"auto:64\"
-  eye = [3, -1.5, 2]
+  from = \"front\"
   ground = true                                     # for meshes
   output = \"pictures/{stem}.png\"
   max-memory = \"8G\"";
@@ -109,7 +108,7 @@ Examples:
 
 #[cfg(feature = "viewer")]
 pub const VIEW_KEYS: &str = "\
-In the window, drag with the left button to orbit, with the right button (or the wheel) to move nearer;
+In the window, drag with the left button to orbit, with the right button (or the wheel) to move nearer; \
 press ? for all keys, q to quit.";
 
 pub const MAN: &str = "\

@@ -89,7 +89,8 @@ enum Command {
 
 /// The definition of all commands and options.
 pub fn definition() -> clap::Command {
-    Cli::command()
+    let hidden = |job: clap::Command, id: &&'static str| job.mut_arg(*id, |option| option.hide(true));
+    Cli::command().mut_subcommand("job", |job| job::IGNORED_DEFAULTS.iter().fold(job, hidden))
 }
 
 /// The plan of a command line; `None` if clap has shown help or the version instead.
@@ -176,7 +177,7 @@ impl Command {
 }
 
 fn parse(arguments: &[OsString]) -> Result<(Cli, ArgMatches), clap::Error> {
-    let matches = Cli::command().try_get_matches_from(arguments)?;
+    let matches = definition().try_get_matches_from(arguments)?;
     let cli = Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut Cli::command()))?;
     Ok((cli, matches))
 }

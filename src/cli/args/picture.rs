@@ -79,8 +79,8 @@ pub enum Samples {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Samples")]
 pub struct SampleArgs {
-    /// Samples per pixel. auto takes up to 16 and auto:N up to N, fewer in pixels that look like their neighbours: it may
-    /// miss what is thinner than a pixel, seldom from auto:64 on. [default: 1; auto for meshes, unless --style plain]
+    /// Samples per pixel. auto takes at most 16 and auto:N at most N, fewer where a pixel looks like its neighbours. It may miss
+    /// details thinner than a pixel, seldom from auto:64 on. [default: 1; auto for meshes, unless --style plain]
     #[arg(long, value_name = "N", value_parser = Samples::parse)]
     pub samples: Option<Samples>,
 

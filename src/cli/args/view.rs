@@ -20,9 +20,9 @@ use std::{path::PathBuf, time::Duration};
 /// Samples of the last picture at rest.
 const SAMPLES_AT_REST: u32 = 64;
 /// Help of `--samples` here.
-const SAMPLES_HELP: &str = "Samples per pixel of the last picture at rest. auto takes up to 16 and auto:N up to N, fewer in \
-                            pixels that look like their neighbours: it may miss what is thinner than a pixel, seldom from \
-                            auto:64 on. [default: 64; auto:64 for meshes, unless --style plain]";
+const SAMPLES_HELP: &str = "Samples per pixel of the last picture at rest. auto takes at most 16 and auto:N at most N, \
+                            fewer where a pixel looks like its neighbours. It may miss details thinner than a pixel, seldom \
+                            from auto:64 on. [default: 64; auto:64 for meshes, unless --style plain]";
 
 /// Arguments of `octray view`.
 #[derive(Args, Debug)]
