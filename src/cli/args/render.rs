@@ -33,7 +33,8 @@ pub struct RenderArgs {
     pub scenes: Vec<PathBuf>,
 
     /// The picture: .png, .ppm, .qoi, .jpg, .bmp, .tiff or .exr (linear floats); - writes a PNG to standard output;
-    /// {stem} stands for the scene's name, {folder} for its folder's. [default: {stem}.png, in the current directory]
+    /// {stem} stands for the scene's name, {folder} for its folder's. A symbolic link stays, and the file that it leads to is
+    /// replaced [default: {stem}.png, in the current directory]
     #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub output: Option<PathBuf>,
 
