@@ -84,7 +84,7 @@ fn the_worker_finishes_the_frame_before_one_that_fails() {
     let last = |shared: &Shared| {
         let mut picture = Picture::default();
         while !picture.last {
-            match notes.recv_timeout(Duration::from_secs(60)) {
+            match notes.recv_timeout(Duration::from_mins(1)) {
                 Ok(Note::Failed(frame, why)) => return Err((frame, why)),
                 Ok(_) => shared.take(&mut picture),
                 Err(_) => return Err((0, "no picture".to_owned())),
