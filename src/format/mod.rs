@@ -85,18 +85,19 @@ pub(crate) fn is_scene_file(path: &Path, start: &[u8]) -> bool {
     !start.contains(&0) && detect(start) == Detected::Scene && (is_any_text || scn::is_well_spelt(text))
 }
 
-/// Refuses a model that octray does not read, by its first bytes or else its extension, and says how to convert it.
+/// Refuses a model that octray does not read, by its first bytes or else its extension, and says how to convert it. A text that
+/// begins with a statement of a scene is one, whatever it is called.
 ///
 /// # Errors
 /// [`LoadError`].
 #[cfg(feature = "cli")]
 pub(crate) fn refuse_unread(path: &Path, start: &[u8]) -> Result<(), LoadError> {
     match foreign::fault_by_name(path) {
-        Some(by_name) => {
+        Some(by_name) if !scn::begins_with_statement(start) => {
             let message = foreign::fault(start, "expected a scene or a mesh").unwrap_or(by_name);
             Err(LoadError::whole_file(path, message))
         }
-        None => Ok(()),
+        _ => Ok(()),
     }
 }
 

@@ -130,6 +130,17 @@ pub(super) fn is_well_spelt(text: &[u8]) -> bool {
     has_statement(text, is_statement)
 }
 
+/// Whether the first word of a text, after comments, is a statement: foreign files may have such words further down.
+#[cfg(feature = "cli")]
+pub(super) fn begins_with_statement(text: &[u8]) -> bool {
+    let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
+    let words = text
+        .split(|&byte| byte == b'\n')
+        .filter_map(|line| line.split(u8::is_ascii_whitespace).find(|word| !word.is_empty()));
+    let first = words.into_iter().find(|word| !word.starts_with(b"//"));
+    first.is_some_and(is_statement)
+}
+
 /// The names of the statements.
 fn names() -> impl Iterator<Item = &'static str> {
     STATEMENTS.iter().map(|(name, _)| *name)

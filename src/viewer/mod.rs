@@ -158,6 +158,12 @@ impl fmt::Display for ViewError {
 
 impl std::error::Error for ViewError {}
 
+/// A variable of the environment and its value, unless that is empty.
+fn named(name: &str) -> Option<String> {
+    let value = std::env::var_os(name).filter(|value| !value.is_empty())?;
+    Some(format!("{name}={}", crate::error::clip(&value.to_string_lossy())))
+}
+
 /// A connection to the display, made before anything is loaded.
 #[derive(Debug)]
 pub struct Display {
@@ -172,18 +178,21 @@ impl Display {
     pub fn connect() -> Result<Self, ViewError> {
         let mut builder = EventLoop::with_user_event();
         #[cfg(target_os = "linux")]
-        if display::needs_x11() {
-            winit::platform::x11::EventLoopBuilderExtX11::with_x11(&mut builder);
+        match display::choice() {
+            display::Choice::Usual => {}
+            display::Choice::X11 => {
+                winit::platform::x11::EventLoopBuilderExtX11::with_x11(&mut builder);
+            }
+            display::Choice::Silent => {
+                let named = named("WAYLAND_DISPLAY").unwrap_or_default();
+                return Err(ViewError::NoDisplay(format!("{named} does not answer")));
+            }
         }
         builder
             .build()
             .map(|event_loop| Self { event_loop })
             .map_err(|_| {
                 // The error itself only names a place in winit.
-                let named = |name: &str| {
-                    let value = std::env::var_os(name).filter(|value| !value.is_empty())?;
-                    Some(format!("{name}={}", crate::error::clip(&value.to_string_lossy())))
-                };
                 let names = ["WAYLAND_DISPLAY", "DISPLAY"].into_iter().filter_map(named);
                 let named: Vec<String> = names.collect();
                 ViewError::NoDisplay(match &named[..] {

@@ -63,6 +63,18 @@ impl Playback {
         self.since = None;
     }
 
+    /// Stops at a frame.
+    pub fn stop_at(&mut self, frame: u32) {
+        self.stop();
+        self.frame = frame.clamp(1, self.count.max(1));
+    }
+
+    /// Whether it plays.
+    #[must_use]
+    pub fn plays(&self) -> bool {
+        self.since.is_some()
+    }
+
     /// Stops, and moves on by `steps` frames, or back if negative.
     pub fn step(&mut self, steps: i64) {
         self.stop();
@@ -151,6 +163,18 @@ impl App {
         }
         self.stuck = None;
         self.ask();
+    }
+
+    /// Goes back to the frame that is shown, because another one cannot be.
+    pub(super) fn go_back(&mut self, frame: u32, why: String) {
+        // It may have been left by a step while it was loaded.
+        if !self.playback.plays() && self.playback.frame() != frame {
+            return;
+        }
+        self.playback.stop_at(self.timeline.now().frame());
+        self.saves = false;
+        self.show_frame();
+        self.stuck = Some(why);
     }
 
     /// Changes the starting camera, which the camera follows unless it was moved.

@@ -41,8 +41,8 @@ pub enum Note {
     Picture,
     /// The share of the next picture that is done, 0 to 1.
     Progress(f32),
-    /// Why the scene cannot move to the requested frame.
-    Failed(String),
+    /// The requested frame, and why the scene cannot move there.
+    Failed(u32, String),
 }
 
 /// Traces what is requested until [`Shared::end`].
@@ -62,7 +62,7 @@ pub fn run(shared: &Shared, budget: Duration, tell: &(dyn Fn(Note) + Sync)) {
                 continue;
             }
             Err(error) => {
-                tell(Note::Failed(error));
+                tell(Note::Failed(first.request.frame, error));
                 job = shared.next(None);
                 continue;
             }

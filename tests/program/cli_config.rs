@@ -1,6 +1,9 @@
 //! The config file, completions and manual pages.
 
-use crate::program::{Folder, PROGRAM, Run};
+use crate::{
+    playback::swing,
+    program::{Folder, PROGRAM, Run},
+};
 use std::fs;
 
 const SMALL: &str = "--size=24x16";
@@ -145,6 +148,8 @@ fn defaults_that_do_not_apply_are_skipped() {
         "tolerance = 2",
         "allow-pixels = 0.1",
         "difference = \"d.png\"",
+        "focus = 2",
+        "frames = \"2-3\"",
     ] {
         folder.write("c.toml", default);
         folder.run(&["a.scn", SMALL, "--config=c.toml"]).succeeded();
@@ -185,6 +190,99 @@ fn defaults_that_do_not_apply_are_skipped() {
         .run(&["a.obj", SMALL, "--config=c.toml", "--style=plain"])
         .succeeded();
     folder.fails(&["a.obj", SMALL, "--config=c.toml"], 1, "no.hdr");
+}
+
+/// Typed options win over defaults that contradict them, and other errors say where the default is.
+#[test]
+fn defaults_that_contradict_the_call_are_left_out_or_named() {
+    let folder = Folder::new();
+    folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.write("swing.gltf", &swing());
+    let size = "--size=9x7";
+    for (default, with, without) in [
+        ("eye = [3, 1, 2]", "a.obj --ortho=fit", "a.obj --ortho=fit"),
+        ("view = 2", "a.obj --ortho=fit", "a.obj --ortho=fit"),
+        ("focus = 2", "a.obj", "a.obj"),
+        (
+            "focus = 2",
+            "a.obj --aperture=0.5",
+            "a.obj --aperture=0.5 --focus=2",
+        ),
+        ("frames = '1-3'", "a.obj", "a.obj"),
+        ("animation-time = 1", "a.obj", "a.obj"),
+        ("animation = 'walk'", "a.obj", "a.obj"),
+        (
+            "animation-time = 1",
+            "swing.gltf",
+            "swing.gltf --animation-time=1",
+        ),
+        (
+            "frames = '1-3'",
+            "swing.gltf --animation-time=1",
+            "swing.gltf --animation-time=1",
+        ),
+        (
+            "animation-time = 1",
+            "swing.gltf --fps=2 -o a.gif",
+            "swing.gltf --fps=2 -o b.gif",
+        ),
+    ] {
+        folder.write("c.toml", default);
+        let named = |line: &str, name: &str| {
+            let has_name = line.contains(" -o");
+            if has_name {
+                line.to_owned()
+            } else {
+                format!("{line} -o {name}")
+            }
+        };
+        folder
+            .run_line(&format!("{} {size} --config=c.toml", named(with, "a.png")))
+            .succeeded();
+        folder
+            .run_line(&format!("{} {size} --no-config", named(without, "b.png")))
+            .succeeded();
+        let is_film = with.contains(" -o");
+        let [found, expected] = if is_film {
+            ["a.gif", "b.gif"]
+        } else {
+            ["a.png", "b.png"]
+        };
+        let read = |name| fs::read(folder.path(name)).unwrap();
+        assert_eq!(read(found), read(expected), "{default} {with}");
+    }
+    for (default, line, code, words) in [
+        (
+            "\nframes = '1-3'\n",
+            "a.obj --turntable=2 -o a#.png",
+            2,
+            "expected numbers from 1 to 2; --frames is set in c.toml:2:1",
+        ),
+        (
+            "animation = 'walk'\n",
+            "swing.gltf",
+            1,
+            "there is no animation `walk`, expected `swing`; --animation is set in c.toml:1:1",
+        ),
+        ("frames = '1-3'\n", "a.obj -o a#.png", 2, "there are no frames"),
+        ("frames = '1-3'\n", "a.obj --focus=2", 2, "--focus needs a lens"),
+    ] {
+        folder.write("c.toml", default);
+        let line = format!("{line} --config=c.toml");
+        let run = folder.run_line(&line);
+        assert!(
+            run.code == Some(code) && run.stderr.contains(words),
+            "{line}: {run:?}"
+        );
+    }
+    folder.write("c.toml", "animation-time = 1\n");
+    let run = folder.shell("\"$0\" - -o a.png --config=c.toml < a.obj");
+    run.failed(1, "; --animation-time is set in c.toml:1:1");
+    folder
+        .run_line("job --for=parallel --into=farm a.obj --config=c.toml --tiles=1x1")
+        .succeeded();
+    let commands = fs::read_to_string(folder.path("farm/commands.txt")).unwrap();
+    assert!(!commands.contains("--animation-time"), "{commands}");
 }
 
 /// The calls of a job have only the defaults that apply to their scene.

@@ -120,6 +120,23 @@ fn permissions_and_links_are_kept() {
     symlink("new.png", folder.path("dangling.png")).unwrap();
     folder.run(&["a.scn", "-o", "link.png"]).succeeded();
     folder.run(&["a.scn", "-o", "dangling.png"]).succeeded();
+    // So it is with every kind of output.
+    fs::create_dir(folder.path("there")).unwrap();
+    for name in ["a.gif", "a.exr", "a.json", "poses.json"] {
+        symlink(format!("there/{name}"), folder.path(name)).unwrap();
+    }
+    folder
+        .run_line("a.scn --size=8x8 --turntable=2 -o a.gif")
+        .succeeded();
+    folder
+        .run_line("a.scn --size=8x8 -o a.exr --json a.json --save-poses poses.json")
+        .succeeded();
+    for name in ["a.gif", "a.exr", "a.json", "poses.json"] {
+        assert!(folder.path("there").join(name).is_file(), "{name}");
+        assert!(fs::symlink_metadata(folder.path(name)).unwrap().is_symlink());
+        fs::remove_file(folder.path(name)).unwrap();
+    }
+    fs::remove_dir_all(folder.path("there")).unwrap();
     assert_eq!(mode(&folder, "old.png"), 0o604);
     for name in ["link.png", "dangling.png"] {
         assert!(fs::symlink_metadata(folder.path(name)).unwrap().is_symlink());

@@ -69,6 +69,35 @@ fn broken_links() {
     );
 }
 
+/// The content says that a file is a scene, whatever it is called; its name, what else it may be.
+#[test]
+fn scenes_with_names_of_other_formats() {
+    let folder = Folder::new();
+    let scene = fs::read_to_string(folder.path("a.scn")).unwrap();
+    for name in ["a.pcd", "a.step", "a.xyz"] {
+        folder.write(name, &format!("\u{feff}// a comment\n\n{scene}"));
+        folder.run(&[name, "-s8x8"]).succeeded();
+        folder.run(&["info", name]).succeeded();
+    }
+    folder.write("b.pcd", "sphere 1\n");
+    let run = folder.run(&["b.pcd"]);
+    assert_contains(&run.stderr, &["error: b.pcd:1:9: `sphere` with 1 of 4 values"]);
+    for (name, text, words) in [
+        (
+            "c.pcd",
+            "# .PCD v0.7\nsphere 0 0 0 1\n",
+            "this is a PCD point cloud",
+        ),
+        ("c.wrl", "#VRML V2.0 utf8\nmaterial Material {}\n", "this is VRML"),
+        ("d.step", "HEADER;\nsphere 0 0 0 1\n", "this is a STEP file"),
+        ("e.pcd", "", "this is a PCD point cloud"),
+        ("f.xyz", "1 2 3\n", "this is an XYZ point cloud"),
+    ] {
+        folder.write(name, text);
+        folder.fails(&[name], 1, words);
+    }
+}
+
 #[test]
 fn names_with_spaces_and_without_quotes() {
     let folder = Folder::new();

@@ -148,6 +148,12 @@ fn animations_are_played_into_one_file() {
             "played from files, not from standard input",
         ),
         (
+            "- --animation swing -o a.gif",
+            "played from files, not from standard input",
+        ),
+        ("- -o a.gif", "or name the file of a mesh that moves"),
+        ("- -o a#.png", "or name the file of a mesh that moves"),
+        (
             "long.gltf --frames 1-2 -o a#.png",
             "25000000000 frames, 25 for each second",
         ),

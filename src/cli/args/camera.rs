@@ -2,7 +2,7 @@
 
 use super::values;
 use crate::{
-    cli::plan::{CameraOptions, MeshOptions, Orbit, Playing, Side, StartView},
+    cli::plan::{CameraOptions, MeshOptions, Orbit, Side, StartView},
     format::mesh::{Moment, UpAxis},
     scene::Projection,
 };
@@ -158,15 +158,6 @@ impl CameraArgs {
 }
 
 impl MeshArgs {
-    /// How an animation is played if frames are asked for; not if there is the time of one pose.
-    pub fn playing(&self, fps: u32, memory: u64) -> Option<Playing<'_>> {
-        self.animation_time.is_none().then_some(Playing {
-            animation: self.animation.as_deref(),
-            fps,
-            memory,
-        })
-    }
-
     /// As plain values. With an `orbit`, the camera goes around the mesh.
     pub fn options(&self, orbit: Option<Orbit>) -> MeshOptions {
         MeshOptions {

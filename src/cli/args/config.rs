@@ -3,10 +3,10 @@
 //! A key is an option's long name. The file becomes arguments before those of the command line, so every option of
 //! `render` works in the file and is checked as on the command line, with its place in the file.
 
-use super::definition;
+use super::{camera::Ortho, definition};
 use crate::{
-    cli::CliError,
-    error::{LoadError, clip, io_reason},
+    cli::{CliError, plan::ConfigDefault},
+    error::{LoadError, SourcePos, clip, io_reason},
     format,
 };
 use clap::{
@@ -27,6 +27,9 @@ use toml::{Spanned, de::DeTable, de::DeValue};
 const MAX_BYTES: u64 = 1 << 20;
 /// Options that make no sense in a file of defaults. With `force` in it, every call would replace any file.
 const NO_KEYS: [&str; 5] = ["config", "force", "help", "no-config", "version"];
+
+/// Options of cameras that frame no mesh, so that `--ortho fit` excludes them.
+const PLACES: [&str; 3] = ["camera", "eye", "view"];
 
 /// Where defaults come from.
 #[derive(Args, Debug)]
@@ -55,8 +58,8 @@ impl ConfigArgs {
 /// A command line with the config file's defaults added.
 pub struct WithDefaults {
     pub arguments: Vec<OsString>,
-    /// The ids of the options that were added.
-    pub options: Vec<String>,
+    /// The options that were added.
+    pub options: Vec<ConfigDefault>,
 }
 
 /// A parsed command line of `render` with the config file's defaults added, except for the options with the ids `ignored`;
@@ -77,17 +80,20 @@ pub fn with_defaults(
     let file = File { path, text: &text };
     let defaults = file.defaults()?;
     let given = |id: &str| matches.value_source(id) == Some(ValueSource::CommandLine);
+    let fits = matches.get_one("ortho") == Some(&Ortho::Fit) && given("ortho");
+    let excluded_by_value = |id: &str| fits && PLACES.contains(&id);
     let applies = |default: &&Setting| {
         // The command line wins, also over options that it excludes.
         !given(&default.id)
             && !default.excludes.iter().any(|id| given(id))
+            && !excluded_by_value(&default.id)
             && !ignored.contains(&default.id.as_str())
             && default.argument.is_some()
     };
     let usable: Vec<&Setting> = defaults.iter().filter(applies).collect();
     let is_there = |id: &String| given(id) || usable.iter().any(|other| other.id == *id);
     let kept = usable.iter().filter(|default| default.needs.iter().all(is_there));
-    let kept = kept.filter_map(|default| Some((default.argument.clone()?, default.id.clone())));
+    let kept = kept.filter_map(|default| Some((default.argument.clone()?, file.added(default))));
     let (added, options): (Vec<_>, Vec<_>) = kept.unzip();
     // After the names of the program and the command.
     let (command, rest) = arguments.split_at(2);
@@ -126,6 +132,8 @@ fn read(path: &Path) -> io::Result<String> {
 /// An option's default from the file.
 struct Setting {
     id: String,
+    /// Its long name.
+    name: String,
     /// Options that conflict with it.
     excludes: Vec<String>,
     /// Options without which it has no effect.
@@ -203,11 +211,23 @@ impl File<'_> {
         };
         Ok(Setting {
             id: option.get_id().to_string(),
+            name: key.to_owned(),
             excludes: excluded(render, option),
             needs,
             argument: argument.map(OsString::from),
             key: span,
         })
+    }
+
+    /// A default that is added to a command line.
+    fn added(&self, setting: &Setting) -> ConfigDefault {
+        let key = setting.key.clone();
+        let at = SourcePos::in_text(&self.path, self.text.as_bytes(), key.start);
+        ConfigDefault {
+            id: setting.id.clone(),
+            name: setting.name.clone(),
+            at,
+        }
     }
 
     fn fault(&self, span: Range<usize>, message: &str) -> LoadError {

@@ -33,7 +33,7 @@ pub use values::numbers;
 
 use super::{
     CliError,
-    plan::Plan,
+    plan::{Plan, explained},
     report::{self, version},
 };
 use crate::error::clip;
@@ -127,7 +127,9 @@ pub fn plan(arguments: Vec<OsString>) -> Result<Option<Plan>, CliError> {
             args.defaults = with_defaults.options;
         }
     }
+    let defaults = cli.command.render().map(|args| args.defaults.clone());
     let plan = cli.command.plan(&matches).map(Some);
+    let plan = plan.map_err(|error| explained(error, &defaults.unwrap_or_default()));
     // Of `-s 800 600` one number is a size and the other one a file.
     plan.map_err(|error| usage::misread(&arguments).map_or(error, CliError::Usage))
 }

@@ -13,9 +13,9 @@ use crate::{
     cli::{
         CliError, load,
         plan::{
-            ANIMATION, CameraOptions, FIT, FOR_MESHES, Job, JsonTarget, Look, Looks, MeshOptions, Pictures,
-            Planned, PoseFile, RenderPlan, StartView, check_inputs, check_pattern, has_number,
-            is_standard_input,
+            ANIMATION, CameraOptions, ConfigDefault, FIT, FOCUS, FOR_MESHES, Job, JsonTarget, Look, Looks,
+            MeshOptions, Pictures, Planned, Playing, PoseFile, RenderPlan, StartView, check_inputs,
+            check_pattern, has_number, is_standard_input,
         },
         write::{AovKind, is_foreign},
     },
@@ -33,8 +33,9 @@ pub struct RenderArgs {
     pub scenes: Vec<PathBuf>,
 
     /// The picture: .png, .ppm, .qoi, .jpg, .bmp, .tiff or .exr (linear floats); - writes a PNG to standard output;
-    /// {stem} stands for the scene's name, {folder} for its folder's, a run of # for the frame's number [default: {stem}.png, or
-    /// {stem}-####.png for --turntable, --poses and --sphere, in the current directory]
+    /// {stem} stands for the scene's name, {folder} for its folder's, a run of # for the frame's number. A symbolic link stays,
+    /// and the file that it leads to is replaced [default: {stem}.png, or {stem}-####.png for --turntable, --poses and
+    /// --sphere, in the current directory]
     #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub output: Option<PathBuf>,
 
@@ -91,13 +92,13 @@ pub struct RenderArgs {
 
     /// The options that come from the config file
     #[arg(skip)]
-    pub defaults: Vec<String>,
+    pub defaults: Vec<ConfigDefault>,
 }
 
 impl RenderArgs {
     /// Whether an option's value comes from the config file.
     fn is_default(&self, option: &str) -> bool {
-        self.defaults.iter().any(|id| id == option)
+        self.defaults.iter().any(|default| default.id == option)
     }
 
     /// How pictures are made: of scenes and plain meshes, or of meshes in a soft style.
@@ -124,13 +125,16 @@ impl RenderArgs {
         })
     }
 
-    /// Options of meshes that come from the config file.
+    /// Options that come from the config file and do not apply to every scene.
     fn mesh_defaults(&self) -> Vec<&'static str> {
         let id = |name: &str| name.trim_start_matches('-').replace('-', "_");
         let is_default = |name: &&str| self.is_default(&id(name));
         let mut defaults: Vec<_> = FOR_MESHES.into_iter().filter(is_default).collect();
         if self.is_default("ortho") {
             defaults.push(FIT);
+        }
+        if self.is_default("focus") {
+            defaults.push(FOCUS);
         }
         let is_typed = |is_given: bool, id| is_given && !self.is_default(id);
         let is_pose_typed = is_typed(self.mesh.animation.is_some(), "animation")
@@ -161,6 +165,17 @@ impl RenderArgs {
             mesh.environment = None;
         }
         mesh
+    }
+
+    /// How meshes are played if frames are asked for; not if the command line has the time of one pose.
+    fn playing(&self) -> Option<Playing<'_>> {
+        let is_pose = self.mesh.animation_time.is_some() && !self.is_default("animation_time");
+        (!is_pose).then_some(Playing {
+            animation: self.mesh.animation.as_deref(),
+            is_default: self.is_default("animation"),
+            fps: self.series.fps(),
+            memory: self.memory.limit(),
+        })
     }
 
     /// The size of the pictures.
@@ -261,8 +276,8 @@ impl RenderArgs {
             None => self.series.keyframes(
                 &self.scenes,
                 self.output.as_deref(),
-                !self.is_default("fps"),
-                self.mesh.playing(self.series.fps(), self.memory.limit()),
+                &|option| !self.is_default(option),
+                self.playing(),
             )?,
         };
         self.check_placeholders(turntable.is_some() || !keyframes.is_empty())?;
@@ -293,6 +308,7 @@ impl RenderArgs {
             build: self.trace.build,
             fps: self.series.fps(),
             save_poses: self.save_poses(&jobs, json.as_ref())?,
+            defaults: self.defaults.clone(),
             poses,
             orbit: self.series.orbit(),
             jobs,

@@ -4,8 +4,8 @@ use super::{camera, values};
 use crate::cli::{
     CliError,
     plan::{
-        CompareOptions, FrameRange, Keyframes, Orbit, Playing, Poses, Turntable, has_number,
-        is_standard_input, keyframes,
+        CompareOptions, FrameRange, Keyframes, NOT_PLAYED_FROM_STANDARD_INPUT, Orbit, Playing, Poses,
+        Turntable, has_number, is_standard_input, keyframes,
     },
     process,
     write::is_animation,
@@ -16,9 +16,9 @@ use std::path::{Path, PathBuf};
 /// Frames per second of an animation.
 pub(super) const FPS: u32 = 25;
 
-/// What an animated scene from standard input needs.
-pub(super) const FRAMES_OF_STANDARD_INPUT: &str =
-    "the frames of standard input are not known before it is read: give --frames A-B";
+/// What an animation from standard input needs.
+pub(super) const FRAMES_OF_STANDARD_INPUT: &str = "the frames of standard input are not known before it is read: give --frames A-B for a scene, or name the file of a mesh \
+     that moves";
 
 /// Which pictures are made.
 #[derive(Args, Debug)]
@@ -82,7 +82,8 @@ impl SeriesArgs {
     }
 
     /// The frames of each scene, if one of them moves and these options or the name of the `output` ask for all of them.
-    /// `fps` asks if it `is_fps_typed`: a default in the config file is for animations only. Meshes move if there is `playing`.
+    /// Only an option that `is_typed` needs frames: a default in the config file is for scenes that have some. Meshes move if
+    /// there is `playing`.
     ///
     /// # Errors
     /// [`CliError::Usage`] for options of frames without frames, [`CliError::Load`] for a scene that cannot be read.
@@ -90,23 +91,37 @@ impl SeriesArgs {
         &self,
         scenes: &[PathBuf],
         output: Option<&Path>,
-        is_fps_typed: bool,
+        is_typed: &dyn Fn(&str) -> bool,
         playing: Option<Playing<'_>>,
     ) -> Result<Vec<Keyframes>, CliError> {
         let is_named = output.is_some_and(|output| has_number(output) || is_animation(output));
         let option = match (self.frames, self.fps) {
-            (Some(_), _) => "--frames",
-            (_, Some(_)) if is_fps_typed => "--fps",
-            _ if is_named => "",
+            (Some(_), _) if is_typed("frames") => "--frames",
+            (_, Some(_)) if is_typed("fps") => "--fps",
+            _ if is_named || self.frames.is_some() => "",
             _ => return Ok(Vec::new()),
         };
         let is_animated = option == "--fps" || output.is_some_and(is_animation);
-        if self.frames.is_none() && is_animated && scenes.iter().any(|scene| is_standard_input(scene)) {
+        // Whether there must be frames.
+        let is_asked = is_named || !option.is_empty();
+        let is_read_later = || scenes.iter().any(|scene| is_standard_input(scene));
+        if !is_asked && is_read_later() {
+            return Ok(Vec::new());
+        }
+        // Scenes have no animations with names.
+        let is_mesh = playing.is_some_and(|playing| playing.animation.is_some() && !playing.is_default);
+        if is_mesh && is_read_later() {
+            return Err(CliError::Usage(NOT_PLAYED_FROM_STANDARD_INPUT.into()));
+        }
+        if self.frames.is_none() && is_animated && is_read_later() {
             return Err(CliError::Usage(format!("-: {FRAMES_OF_STANDARD_INPUT}")));
         }
         // Several threads read large files.
         process::start_threads()?;
         let found = keyframes(scenes, self.frames, playing, self.keep_going)?;
+        if found.is_empty() && !is_asked {
+            return Ok(found);
+        }
         if found.is_empty() && playing.is_none() {
             let why = "--animation-time shows one pose: leave it out to play the animation";
             return Err(CliError::Usage(why.into()));

@@ -18,7 +18,8 @@ use crate::{
             memory,
         },
         plan::{
-            Frame, Job, JsonTarget, Look, RenderPlan, SavedPoses, SheetPlan, is_standard_input, objection,
+            Frame, Job, JsonTarget, Look, RenderPlan, SavedPoses, SheetPlan, explained, is_standard_input,
+            objection,
         },
         process::Interrupt,
         report::{self, RenderBar, RenderReport, Times, Verdicts, Written},
@@ -87,6 +88,10 @@ struct Spent {
 /// # Errors
 /// [`CliError`]. The first error ends the call: pictures already written stay, the others are left as they were.
 pub fn run(plan: &RenderPlan, start: Instant) -> Result<(), CliError> {
+    render(plan, start).map_err(|error| explained(error, &plan.defaults))
+}
+
+fn render(plan: &RenderPlan, start: Instant) -> Result<(), CliError> {
     let interrupt = Interrupt::install()?;
     let mut call = Call {
         plan,

@@ -7,8 +7,8 @@ use crate::{
         args::spelled,
         load::{self, Input},
         plan::{
-            InputKind, InputPlan, Look, MeshOptions, Playing, Style, ViewPlan, is_standard_input,
-            playback_of, stem,
+            InputKind, InputPlan, Look, MeshOptions, NOT_PLAYED_FROM_STANDARD_INPUT, Playing, Style,
+            ViewPlan, is_standard_input, playback_of, stem,
         },
         process,
         report::{self, quoted},
@@ -261,7 +261,7 @@ impl Host for Program {
 
     fn animate(&self) -> Result<bool, String> {
         if self.style.is_some() && is_standard_input(&self.input.path) {
-            return Err("animations are played from files, not from standard input".into());
+            return Err(NOT_PLAYED_FROM_STANDARD_INPUT.into());
         }
         if self.style.is_none() || self.input.kind != InputKind::Mesh {
             return Ok(false);
@@ -270,6 +270,7 @@ impl Host for Program {
         let animation = mesh.moment.as_ref().and_then(|moment| moment.animation.clone());
         let playing = Playing {
             animation: animation.as_deref(),
+            is_default: false,
             fps: self.fps,
             memory: self.memory,
         };

@@ -5,7 +5,7 @@ use crate::{
     classic,
     cli::{
         CliError,
-        plan::{CameraOptions, MeshOptions, Orbit, Side, StartView},
+        plan::{CameraOptions, FOCUS, MeshOptions, Orbit, Side, StartView},
     },
     error::clip,
     format::mesh::{LoadedMesh, UpAxis, index_of, listed},
@@ -188,11 +188,14 @@ impl CameraOptions {
     }
 
     fn applied_to(&self, view: View) -> Result<Camera, CliError> {
+        let aperture = self.aperture.unwrap_or(view.lens.aperture);
+        let is_stray = aperture == 0.0 && self.defaults.contains(&FOCUS);
+        let focus = self.focus.filter(|_| !is_stray);
         let lens = Lens {
-            aperture: self.aperture.unwrap_or(view.lens.aperture),
-            focus: self.focus.or(view.lens.focus),
+            aperture,
+            focus: focus.or(view.lens.focus),
         };
-        if self.focus.is_some() && lens.aperture == 0.0 {
+        if focus.is_some() && aperture == 0.0 {
             let why = "--focus needs a lens: give its diameter with --aperture";
             return Err(CliError::Usage(why.into()));
         }

@@ -6,7 +6,7 @@ use crate::{
     error::clip_path,
     format::{
         self,
-        mesh::{MeshFormat, Moment, UpAxis},
+        mesh::{self, MeshFormat, Moment, UpAxis},
     },
     scene::Projection,
 };
@@ -49,7 +49,7 @@ pub struct CameraOptions {
     pub aperture: Option<f64>,
     /// Distance in focus, scene units.
     pub focus: Option<f64>,
-    /// Options from a config file that a scene ignores.
+    /// Options from a config file, which are ignored where they do not apply.
     pub defaults: Vec<&'static str>,
 }
 
@@ -235,6 +235,8 @@ pub fn kind_of(path: &Path) -> Result<InputKind, CliError> {
 
 /// The options that show a pose of an animation.
 pub const ANIMATION: &str = "--animation or --animation-time";
+/// The distance in focus, which needs a lens.
+pub const FOCUS: &str = "--focus";
 /// The height that frames a mesh.
 pub const FIT: &str = "--ortho fit";
 
@@ -277,6 +279,19 @@ impl MeshOptions {
         }
         let why = "--environment needs --style studio or clay: plain light is not linear";
         Err(CliError::Usage(why.to_owned()))
+    }
+
+    /// Leaves out an animation of the config file if the mesh has none. Finding that out may take `memory` bytes.
+    pub(super) fn without_stray_animation(self, path: &Path, memory: u64) -> Self {
+        let is_default = self.moment.is_some() && self.defaults.contains(&ANIMATION);
+        if !is_default || self.playback.is_some() || is_standard_input(path) {
+            return self;
+        }
+        // What cannot be read is refused when it is loaded.
+        match mesh::animations(path, memory) {
+            Ok(animations) if animations.is_empty() => Self { moment: None, ..self },
+            _ => self,
+        }
     }
 
     /// Refuses options that have no effect on a scene.

@@ -11,6 +11,9 @@ use crate::{
 };
 use std::path::{Path, PathBuf};
 
+/// The error about the animation of a mesh from standard input.
+pub const NOT_PLAYED_FROM_STANDARD_INPUT: &str =
+    "animations of meshes are played from files, not from standard input";
 /// The most poses that a camera is placed for.
 const MOST_POSES: u32 = 32;
 
@@ -37,6 +40,8 @@ pub struct Playback {
 pub struct Playing<'a> {
     /// The name or number of the animation; the first one if `None`.
     pub animation: Option<&'a str>,
+    /// Whether that comes from the config file, for meshes that have animations.
+    pub is_default: bool,
     /// Frames per second.
     pub fps: u32,
     /// What loading a mesh may take, bytes.
@@ -128,11 +133,12 @@ pub fn playback_of(
 ) -> Result<Option<Playback>, CliError> {
     let Playing {
         animation,
+        is_default,
         fps,
         memory,
     } = playing;
     let animations = mesh::animations(path, memory)?;
-    if animations.is_empty() && animation.is_none() {
+    if animations.is_empty() && (animation.is_none() || is_default) {
         return Ok(None);
     }
     let refused = |why: String| LoadError::whole_file(path, why);

@@ -3,6 +3,7 @@
 //! This module does not know how options are spelled or parsed; later ones do not look at the arguments again.
 
 mod choice;
+mod defaults;
 mod input;
 mod job;
 mod keyframes;
@@ -17,14 +18,15 @@ mod turntable;
 #[cfg(feature = "viewer")]
 pub use choice::ViewPlan;
 pub use choice::{BenchPlan, BenchScenes, Build, GeneratePlan, InfoPlan, JsonTarget, MergePlan, VerifyPlan};
+pub use defaults::{ConfigDefault, explained};
 pub use input::{
-    ANIMATION, CameraOptions, FIT, FOR_MESHES, InputKind, InputPlan, MeshOptions, Side, StartView, Style,
-    is_for_meshes, is_standard_input, kind_of, name,
+    ANIMATION, CameraOptions, FIT, FOCUS, FOR_MESHES, InputKind, InputPlan, MeshOptions, Side, StartView,
+    Style, is_for_meshes, is_standard_input, kind_of, name,
 };
 pub use job::{Engine, JobPlan};
 #[cfg(feature = "viewer")]
 pub use keyframes::playback_of;
-pub use keyframes::{Keyframes, Playback, Playing, keyframes};
+pub use keyframes::{Keyframes, NOT_PLAYED_FROM_STANDARD_INPUT, Playback, Playing, keyframes};
 pub use look::{Look, Looks, PictureOptions};
 pub use names::{Origin, PicturePath, aov as aov_path, check_pattern, expand, has_number, of_frame, stem};
 pub use poses::{PoseFile, PoseFiles, Poses, SavedPoses};

@@ -1,8 +1,8 @@
 //! What `octray render` does: for each scene one picture, or a series of frames.
 
 use super::{
-    Build, CameraOptions, InputPlan, JsonTarget, Keyframes, Look, Looks, MeshOptions, Orbit, Poses, Turn,
-    Turntable, misplaced,
+    Build, CameraOptions, ConfigDefault, InputPlan, JsonTarget, Keyframes, Look, Looks, MeshOptions, Orbit,
+    Poses, Turn, Turntable, misplaced,
     names::{self, Origin, PicturePath},
     places::Places,
 };
@@ -33,6 +33,8 @@ pub struct RenderPlan {
     pub poses: Option<Poses>,
     /// Where the cameras of all pictures go.
     pub save_poses: Option<PathBuf>,
+    /// The options that come from the config file.
+    pub defaults: Vec<ConfigDefault>,
     pub jobs: Vec<Job>,
     /// The picture that all others go into.
     pub sheet: Option<SheetPlan>,
@@ -233,6 +235,7 @@ impl Pictures<'_> {
         let aspect = f64::from(self.look.settings.width) / f64::from(self.look.settings.height);
         let (mut jobs, mut skipped) = (Vec::new(), Vec::new());
         for (scene, mesh, series, frames) in named {
+            let mesh = mesh.without_stray_animation(scene, memory);
             match InputPlan::new(scene, camera.clone(), mesh, aspect) {
                 Ok(input) => jobs.push(Job {
                     input,

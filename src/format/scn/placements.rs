@@ -104,12 +104,30 @@ fn no_number(word: &[u8], text: &str) -> String {
                 .split(',')
                 .all(|part| part.is_empty() || part.parse::<f64>().is_ok())
     };
-    let hint = if is_list(text) {
+    let hint = if has_decimal_comma(text) {
+        " with a decimal point instead of the comma"
+    } else if is_list(text) {
         ", with spaces instead of commas"
     } else {
         ""
     };
     format!("found {}, expected a number{hint}", quote(word))
+}
+
+/// Whether a word is a number with a decimal comma, such as `-1,5`. Two numbers with a comma between them look the same, but
+/// there are no placements of two.
+fn has_decimal_comma(text: &str) -> bool {
+    let is_number = |text: String| text.parse::<f64>().is_ok();
+    match text.split_once(',') {
+        Some((whole, part)) => {
+            let starts_with_digit = part.starts_with(|next: char| next.is_ascii_digit());
+            starts_with_digit
+                && !whole.contains('.')
+                && !part.contains('.')
+                && is_number(format!("{whole}.{part}"))
+        }
+        None => false,
+    }
 }
 
 /// The matrix of a placement. The error is a sentence.

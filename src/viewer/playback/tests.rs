@@ -1,6 +1,17 @@
 //! Tests of `playback`.
 
 use super::*;
+use crate::{
+    accel::Bvh,
+    scene::SceneBuilder,
+    viewer::{
+        mailbox::{Picture, Shared},
+        request::Request,
+        timeline::{Frames, Model},
+        worker::{self, Note},
+    },
+};
+use std::{sync::mpsc, thread};
 
 #[test]
 fn frames_pass_in_real_time_and_repeat() {
@@ -30,6 +41,74 @@ fn frames_pass_in_real_time_and_repeat() {
     assert_eq!(playback.frame(), 48);
     playback.step(1);
     assert_eq!(playback.frame(), 1);
+}
+
+#[test]
+fn a_frame_that_fails_is_left_for_the_one_that_is_shown() {
+    let start = Instant::now();
+    let mut playback = Playback::new(9, 25);
+    playback.step(2);
+    playback.toggle(start);
+    assert!(playback.go_on(playback.next().unwrap()) && playback.plays());
+    // Frame 4 failed: 3 is on the screen.
+    playback.stop_at(3);
+    assert!(!playback.plays() && playback.next().is_none());
+    playback.step(-1);
+    assert_eq!(playback.frame(), 2);
+    playback.stop_at(0);
+    assert_eq!(playback.frame(), 1);
+    playback.stop_at(10);
+    assert_eq!(playback.frame(), 9);
+}
+
+/// The window goes back to the frame that is shown, which the worker then finishes.
+#[test]
+fn the_worker_finishes_the_frame_before_one_that_fails() {
+    let model = Model::new(
+        SceneBuilder::new().finish(),
+        Bvh::build(&SceneBuilder::new().finish()),
+    );
+    let frames = Frames {
+        count: 3,
+        load: Box::new(|frame| match frame {
+            2 => Ok(SceneBuilder::new().finish()),
+            _ => Err(format!("no frame {frame}")),
+        }),
+    };
+    let timeline = Arc::new(Timeline::with_frames(model, Some(frames)));
+    let (shared, (sender, notes)) = (Shared::default(), mpsc::channel());
+    let at = |frame| Request {
+        frame,
+        ..Request::of_view(&timeline, 1)
+    };
+    let last = |shared: &Shared| {
+        let mut picture = Picture::default();
+        while !picture.last {
+            match notes.recv_timeout(Duration::from_mins(1)) {
+                Ok(Note::Failed(frame, why)) => return Err((frame, why)),
+                Ok(_) => shared.take(&mut picture),
+                Err(_) => return Err((0, "no picture".to_owned())),
+            };
+        }
+        Ok(picture.frame)
+    };
+    let found = thread::scope(|scope| {
+        scope.spawn(|| {
+            worker::run(&shared, Duration::from_millis(50), &|note| {
+                sender.send(note).unwrap_or_default();
+            });
+        });
+        let found = [2, 3, 0].map(|frame| {
+            // At last the one that is shown.
+            let frame = if frame == 0 { timeline.now().frame() } else { frame };
+            shared.post(at(frame));
+            last(&shared)
+        });
+        shared.end();
+        found
+    });
+    let failed = Err((3, "no frame 3".to_owned()));
+    assert_eq!(found, [Ok([2, 3]), failed, Ok([2, 3])]);
 }
 
 #[test]

@@ -317,6 +317,7 @@ fn render(options: &[String], job: &Job) -> Result<String, CliError> {
     let applies = |option: &&str| match option.split('=').next() {
         _ if input.kind == InputKind::Scene && is_for_meshes(option) => false,
         Some("--environment" | "--environment-rotate") => input.mesh.environment.is_some(),
+        Some("--animation" | "--animation-time") => input.mesh.moment.is_some(),
         Some("--ortho") => input.camera.fits_ortho || *option != "--ortho=fit",
         _ => true,
     };

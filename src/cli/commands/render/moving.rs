@@ -6,7 +6,7 @@ use crate::{
     cli::{
         CliError,
         load::{self, Input, Poses, Rig, memory},
-        plan::{InputKind, Job, Turn},
+        plan::{InputKind, Job, NOT_PLAYED_FROM_STANDARD_INPUT, Turn},
     },
     scene::{Camera, Scene, SceneBuilder, View},
 };
@@ -92,8 +92,7 @@ impl Call<'_> {
         let count = scene.frame_count();
         match last {
             Some(_) if job.input.kind == InputKind::Any && is_mesh => {
-                let why = "animations are played from files, not from standard input";
-                Err(CliError::Usage(why.into()))
+                Err(CliError::Usage(NOT_PLAYED_FROM_STANDARD_INPUT.into()))
             }
             Some(last) if last.number > count => Err(CliError::Usage(format!(
                 "--frames: the last frame of the scene is {count}, expected numbers from 1 to {count}"

@@ -123,6 +123,23 @@ fn words_that_are_no_numbers() {
         ),
         ("1,x", "`1,x`, expected a number"),
         (
+            "-1,5 2,0 3,0",
+            "`-1,5`, expected a number with a decimal point instead of the comma",
+        ),
+        (
+            "1 2,5e3 0",
+            "`2,5e3`, expected a number with a decimal point instead of the comma",
+        ),
+        ("1,+5", "`1,+5`, expected a number, with spaces instead of commas"),
+        (
+            "1.5,2",
+            "`1.5,2`, expected a number, with spaces instead of commas",
+        ),
+        (
+            "inf,5",
+            "`inf,5`, expected a number, with spaces instead of commas",
+        ),
+        (
             "\u{feff}1, 2 3",
             "1:1: found `1,`, expected a number, with spaces instead of commas",
         ),

@@ -1,0 +1,88 @@
+//! The options whose values come from the config file, for errors about them.
+
+use crate::{cli::CliError, error::SourcePos};
+
+/// An option whose value comes from the config file.
+#[derive(Clone, Debug)]
+pub struct ConfigDefault {
+    /// The option's id.
+    pub id: String,
+    /// Its long name.
+    pub name: String,
+    /// Where the file sets it.
+    pub at: SourcePos,
+}
+
+/// The error, and where the file sets the option that it is about.
+pub fn explained(error: CliError, defaults: &[ConfigDefault]) -> CliError {
+    let note = |text: &str| {
+        let of = |default: &ConfigDefault| {
+            let at = position(text, &default.name)?;
+            Some((at, format!("; --{} is set in {}", default.name, default.at)))
+        };
+        // The first option that a message names is the one that it is about.
+        defaults.iter().filter_map(of).min_by_key(|(at, _)| *at)
+    };
+    let with_note = |text: String| match note(&text) {
+        Some((_, note)) => text + &note,
+        None => text,
+    };
+    match error {
+        CliError::Usage(text) => CliError::Usage(with_note(text)),
+        CliError::Failed(text) => CliError::Failed(with_note(text)),
+        CliError::Load(error) => {
+            // The reader of the file does not know the options.
+            let is_animation = |default: &&ConfigDefault| default.id.starts_with("animation");
+            let is_missing = error.message.starts_with("there is no animation");
+            match defaults.iter().find(is_animation).filter(|_| is_missing) {
+                Some(ConfigDefault { name, at, .. }) => {
+                    CliError::Failed(format!("{}; --{name} is set in {at}", error.report()))
+                }
+                None => CliError::Load(error),
+            }
+        }
+        error => error,
+    }
+}
+
+/// Where a text names an option.
+fn position(text: &str, name: &str) -> Option<usize> {
+    let option = format!("--{name}");
+    let is_whole = |&(at, _): &(usize, &str)| {
+        let rest = text.get(at + option.len()..).unwrap_or_default();
+        !rest.starts_with(|next: char| next.is_alphanumeric() || next == '-' || next == '_')
+    };
+    text.match_indices(&option).find(is_whole).map(|(at, _)| at)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn default(name: &str) -> ConfigDefault {
+        ConfigDefault {
+            id: name.replace('-', "_"),
+            name: name.to_owned(),
+            at: SourcePos::in_text(Path::new("c.toml"), b"a = 1\nb = 2\n", 6),
+        }
+    }
+
+    #[test]
+    fn an_error_names_the_file_of_its_option() {
+        let defaults = [default("focus"), default("frames"), default("animation-time")];
+        let said = |text: &str| explained(CliError::Usage(text.into()), &defaults).text().unwrap();
+        assert_eq!(
+            said("--frames: too many, or --focus"),
+            "--frames: too many, or --focus; --frames is set in c.toml:2:1"
+        );
+        for other in [
+            "--frames-per-second: no",
+            "--animation needs a file",
+            "frames",
+            "",
+        ] {
+            assert_eq!(said(other), other);
+        }
+    }
+}
