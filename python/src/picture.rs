@@ -11,6 +11,7 @@ use octray::{
         CliError,
         picture::{self, CameraOptions, Picture, Side, StartView, Style, Subject},
     },
+    error::LoadErrorKind,
     glam::DVec3,
     query::CameraRays,
     scene::{Projection, TriangleMesh},
@@ -21,6 +22,7 @@ use pyo3::{
     types::PyDict,
 };
 use std::{
+    io::ErrorKind,
     ops::ControlFlow,
     path::{Path, PathBuf},
     sync::atomic::Ordering,
@@ -64,7 +66,9 @@ pub fn raised(error: &CliError) -> PyErr {
     let text = error.text().unwrap_or_else(|| "interrupted".to_owned());
     match error {
         CliError::Memory(_) => PyMemoryError::new_err(text),
-        CliError::Load(error) if error.at.line == 0 && error.message.starts_with("file not found") => {
+        CliError::Load(error)
+            if error.cause.is_none() && error.kind() == LoadErrorKind::Io(ErrorKind::NotFound) =>
+        {
             PyFileNotFoundError::new_err(text)
         }
         CliError::Usage(text) => {

@@ -129,10 +129,7 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
     }
 
     fn leftover(&self, _start: usize, record: &str) -> Fault {
-        Fault {
-            place: Place::File,
-            message: format!("{record} is too long"),
-        }
+        Fault::file(format!("{record} is too long"))
     }
 
     fn bytes_left(&self) -> usize {

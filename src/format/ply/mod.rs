@@ -230,10 +230,11 @@ fn is_single(header: &Header) -> bool {
 
 /// Adds the place of a fault.
 fn fault_to_error(bytes: &[u8], file: &Arc<PathBuf>, fault: &Fault) -> LoadError {
-    match &fault.place {
+    let error = match &fault.place {
         Place::File => LoadError::whole_file(file, &fault.message),
         Place::Text(range) => LoadError::in_text(file, bytes, range.clone(), &fault.message),
-    }
+    };
+    error.with_kind(fault.kind)
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use super::{
     slots::{COLOR_SLOT, NORMAL_SLOT, SLOTS, UV_SLOT},
 };
 use crate::{
-    error::quote,
+    error::{LoadErrorKind, quote},
     format::{
         budget::{Budget, BudgetError},
         mesh::{Unusable, usable_normal},
@@ -33,13 +33,24 @@ pub(super) enum Place {
 pub(super) struct Fault {
     pub(super) place: Place,
     pub(super) message: String,
+    pub(super) kind: LoadErrorKind,
 }
 
 impl Fault {
     pub(super) fn text(place: Range<usize>, message: impl Into<String>) -> Self {
+        Self::at(Place::Text(place), message.into())
+    }
+
+    /// A fault of the whole file.
+    pub(super) fn file(message: impl Into<String>) -> Self {
+        Self::at(Place::File, message.into())
+    }
+
+    pub(super) fn at(place: Place, message: String) -> Self {
         Self {
-            place: Place::Text(place),
-            message: message.into(),
+            place,
+            message,
+            kind: LoadErrorKind::Invalid,
         }
     }
 }
@@ -49,6 +60,7 @@ impl From<BudgetError> for Fault {
         Self {
             place: Place::File,
             message: error.to_string(),
+            kind: LoadErrorKind::Limit,
         }
     }
 }
@@ -479,6 +491,7 @@ pub(super) fn reserve<T>(
                 element.count,
                 quote(element.name.as_bytes())
             ),
+            kind: LoadErrorKind::Limit,
         },
     })
 }
