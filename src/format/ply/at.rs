@@ -1,8 +1,9 @@
 //! Errors about values, with their places.
 
 use super::{
+    fault::Fault,
     header::{Element, Role},
-    rows::{Fault, Values, Wrong},
+    rows::{Values, Wrong},
     slots::UV_SLOT,
 };
 use crate::error::{SceneError, quote};

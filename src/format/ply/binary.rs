@@ -3,9 +3,10 @@
 use super::{
     ascii::whole_of,
     faces::Faces,
+    fault::{Fault, Place},
     fixed::{self, FaceLayout, from_bytes},
     header::{Element, Role, scalar_size},
-    rows::{Fault, Place, Values, Wrong, reserve},
+    rows::{Values, Wrong, reserve},
 };
 use crate::scene::TriangleMesh;
 use serde_ply::ScalarType;

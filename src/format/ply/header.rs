@@ -1,7 +1,7 @@
 //! The header: parsed by serde-ply, checked, and turned into steps that read a record.
 
 use super::{
-    rows::{Fault, Place},
+    fault::{Fault, Place},
     slots::{COLOR_SLOT, SlotNames, VERTEX_SLOTS},
 };
 use crate::{

@@ -22,6 +22,7 @@ mod binary;
 mod choice;
 mod columns;
 mod faces;
+mod fault;
 mod finish;
 mod fixed;
 mod header;
@@ -41,8 +42,8 @@ use crate::{error::LoadError, scene::TriangleMesh};
 use ascii::Text;
 use binary::Binary;
 use faces::Faces;
+use fault::{Fault, Place};
 use header::{Header, Role, Step};
-use rows::{Fault, Place};
 use serde_ply::{PlyFormat, ScalarType};
 use slots::NORMAL_SLOT;
 use std::{

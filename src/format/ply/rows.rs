@@ -3,6 +3,7 @@
 use super::{
     at::At,
     faces::{Faces, UNKNOWN_UV, upper_left},
+    fault::{Fault, Place},
     header::{Element, Header, Role, Step, color_scale},
     painted,
     slots::{COLOR_SLOT, NORMAL_SLOT, SLOTS, UV_SLOT},
@@ -17,53 +18,6 @@ use crate::{
     scene::{TriangleMesh, is_usable},
 };
 use serde_ply::ScalarType;
-use std::ops::Range;
-
-/// Where a fault is.
-#[derive(Debug, PartialEq, Eq)]
-pub(super) enum Place {
-    /// The whole file.
-    File,
-    /// Bytes of a text.
-    Text(Range<usize>),
-}
-
-/// What is wrong with a mesh, and its place.
-#[derive(Debug)]
-pub(super) struct Fault {
-    pub(super) place: Place,
-    pub(super) message: String,
-    pub(super) kind: LoadErrorKind,
-}
-
-impl Fault {
-    pub(super) fn text(place: Range<usize>, message: impl Into<String>) -> Self {
-        Self::at(Place::Text(place), message.into())
-    }
-
-    /// A fault of the whole file.
-    pub(super) fn file(message: impl Into<String>) -> Self {
-        Self::at(Place::File, message.into())
-    }
-
-    pub(super) fn at(place: Place, message: String) -> Self {
-        Self {
-            place,
-            message,
-            kind: LoadErrorKind::Invalid,
-        }
-    }
-}
-
-impl From<BudgetError> for Fault {
-    fn from(error: BudgetError) -> Self {
-        Self {
-            place: Place::File,
-            message: error.to_string(),
-            kind: LoadErrorKind::Limit,
-        }
-    }
-}
 
 /// Why a value could not be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
