@@ -1,7 +1,9 @@
 //! Errors: place, what was found, what was expected.
 
+mod kind;
 mod text;
 
+pub use kind::LoadErrorKind;
 pub use text::{Excerpt, clip, clip_path, escape, in_bytes, quote};
 
 #[doc(hidden)]
@@ -278,6 +280,7 @@ pub struct LoadError {
     pub excerpt: Option<Excerpt>,
     /// What caused it, perhaps in another file.
     pub cause: Option<Box<LoadError>>,
+    kind: LoadErrorKind,
 }
 
 /// Words of serde_json, and those of JSON.
@@ -300,6 +303,7 @@ impl LoadError {
             message: message_text(message.as_ref()),
             excerpt: None,
             cause: None,
+            kind: LoadErrorKind::Invalid,
         }
     }
 
@@ -351,6 +355,18 @@ impl LoadError {
             excerpt: Some(Excerpt::new(line, word)),
             ..self
         }
+    }
+
+    /// Sets the kind, which is [`LoadErrorKind::Invalid`] otherwise.
+    #[must_use]
+    pub fn with_kind(self, kind: LoadErrorKind) -> Self {
+        Self { kind, ..self }
+    }
+
+    /// Returns the kind of the fault: that of the last cause, if there are any.
+    #[must_use]
+    pub fn kind(&self) -> LoadErrorKind {
+        self.chain().last().map_or(self.kind, |last| last.kind)
     }
 
     /// Adds the cause.

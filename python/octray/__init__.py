@@ -22,6 +22,6 @@ except ModuleNotFoundError as error:
     ) from error
 
 from ._mesh import Hits, Mesh
-from ._render import render
+from ._render import camera_rays, render
 
-__all__ = ["Hits", "Mesh", "__version__", "isa", "render"]
+__all__ = ["Hits", "Mesh", "__version__", "camera_rays", "isa", "render"]

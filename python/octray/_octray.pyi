@@ -4,7 +4,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Mesh", "__version__", "isa", "load", "of_parts", "parts", "program", "render"]
+__all__ = ["Mesh", "__version__", "camera_rays", "isa", "load", "of_parts", "parts", "program", "render"]
 
 __version__: str
 
@@ -80,3 +80,11 @@ def render(
     samples: str | None,
     with_aovs: bool,
 ) -> tuple[dict[str, NDArray[Any]], list[str]]: ...
+def camera_rays(
+    mesh: Mesh | None,
+    size: tuple[int, int],
+    camera: int | str | Sequence[float] | None,
+    target: Sequence[float] | None,
+    up: Sequence[float] | None,
+    lens: Sequence[float | None],
+) -> tuple[NDArray[np.float64], NDArray[np.float32]]: ...

@@ -28,6 +28,7 @@ fn _octray(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<mesh::Mesh>()?;
     module.add_function(wrap_pyfunction!(picture::render, module)?)?;
+    module.add_function(wrap_pyfunction!(picture::camera_rays, module)?)?;
     module.add_function(wrap_pyfunction!(whole::load, module)?)?;
     module.add_function(wrap_pyfunction!(whole::parts, module)?)?;
     module.add_function(wrap_pyfunction!(whole::of_parts, module)?)?;

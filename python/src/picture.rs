@@ -1,13 +1,19 @@
 //! Pictures in memory.
 
-use crate::{mesh::Mesh, threads};
-use numpy::{IntoPyArray, PyArrayMethods};
+use crate::{
+    arrays::rows,
+    mesh::{self, Mesh},
+    threads,
+};
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use octray::{
     cli::{
         CliError,
         picture::{self, CameraOptions, Picture, Side, StartView, Style, Subject},
     },
+    error::LoadErrorKind,
     glam::DVec3,
+    query::CameraRays,
     scene::{Projection, TriangleMesh},
 };
 use pyo3::{
@@ -16,6 +22,7 @@ use pyo3::{
     types::PyDict,
 };
 use std::{
+    io::ErrorKind,
     ops::ControlFlow,
     path::{Path, PathBuf},
     sync::atomic::Ordering,
@@ -59,7 +66,9 @@ pub fn raised(error: &CliError) -> PyErr {
     let text = error.text().unwrap_or_else(|| "interrupted".to_owned());
     match error {
         CliError::Memory(_) => PyMemoryError::new_err(text),
-        CliError::Load(error) if error.at.line == 0 && error.message.starts_with("file not found") => {
+        CliError::Load(error)
+            if error.cause.is_none() && error.kind() == LoadErrorKind::Io(ErrorKind::NotFound) =>
+        {
             PyFileNotFoundError::new_err(text)
         }
         CliError::Usage(text) => {
@@ -106,6 +115,71 @@ fn copied(py: Python<'_>, mesh: &Mesh) -> (TriangleMesh, DVec3) {
     (mesh, middle)
 }
 
+/// The camera's options, relative to `middle`.
+fn options(
+    camera: Option<Camera>,
+    target: Option<[f64; 3]>,
+    up: Option<[f64; 3]>,
+    [fov, ortho, aperture, focus]: [Option<f64>; 4],
+    middle: DVec3,
+) -> CameraOptions {
+    CameraOptions {
+        start: match camera {
+            None => StartView::Default,
+            Some(Camera::Number(number)) => StartView::Classic(number),
+            Some(Camera::Name(name)) => StartView::Named(name),
+            Some(Camera::Eye(eye)) => StartView::Eye(DVec3::from(eye) - middle),
+            Some(Camera::Side([azimuth, elevation])) => StartView::Side(Side { azimuth, elevation }),
+        },
+        target: target.map(|target| DVec3::from(target) - middle),
+        up: up.map(DVec3::from),
+        projection: match (fov, ortho) {
+            (_, Some(height)) => Some(Projection::Orthographic { height }),
+            (Some(fov_degrees), None) => Some(Projection::Perspective { fov_degrees }),
+            (None, None) => None,
+        },
+        fits_ortho: false,
+        aperture,
+        focus,
+        ..CameraOptions::default()
+    }
+}
+
+/// Returns the origins and directions of the rays through the pixels' centres.
+#[pyfunction]
+pub fn camera_rays<'py>(
+    py: Python<'py>,
+    mesh: Option<PyRef<'_, Mesh>>,
+    size: [u32; 2],
+    camera: Option<Camera>,
+    target: Option<[f64; 3]>,
+    up: Option<[f64; 3]>,
+    lens: [Option<f64>; 4],
+) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f32>>)> {
+    let (columns, middle) = match &mesh {
+        Some(mesh) => {
+            let (columns, middle) = copied(py, mesh);
+            (Some(columns), middle)
+        }
+        None => (None, DVec3::ZERO),
+    };
+    let view = options(camera, target, up, lens, middle);
+    let pool = match &mesh {
+        Some(mesh) => mesh.threads().pool()?,
+        None => threads::shared()?,
+    };
+    let found = threads::interruptible(py, |_| {
+        pool.install(|| {
+            let camera = picture::camera(columns, &view, size);
+            camera.map(|camera| camera.rays(size[0], size[1]))
+        })
+    })?;
+    let CameraRays { origins, directions } = found.map_err(|error| raised(&error))?.map_err(mesh::raised)?;
+    let origins = origins.into_iter().map(|origin| (origin + middle).to_array());
+    let directions = directions.into_iter().map(|direction| direction.to_array());
+    Ok((rows(py, origins.collect())?, rows(py, directions.collect())?))
+}
+
 /// Renders a scene, a mesh file or a mesh; returns the requested arrays by name, and warnings.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "those of the Python function")]
@@ -138,27 +212,7 @@ pub fn render<'py>(
         }
         Source::File(_) => (None, DVec3::ZERO),
     };
-    let [fov, ortho, aperture, focus] = lens;
-    let view = CameraOptions {
-        start: match camera {
-            None => StartView::Default,
-            Some(Camera::Number(number)) => StartView::Classic(number),
-            Some(Camera::Name(name)) => StartView::Named(name),
-            Some(Camera::Eye(eye)) => StartView::Eye(DVec3::from(eye) - middle),
-            Some(Camera::Side([azimuth, elevation])) => StartView::Side(Side { azimuth, elevation }),
-        },
-        target: target.map(|target| DVec3::from(target) - middle),
-        up: up.map(DVec3::from),
-        projection: match (fov, ortho) {
-            (_, Some(height)) => Some(Projection::Orthographic { height }),
-            (Some(fov_degrees), None) => Some(Projection::Perspective { fov_degrees }),
-            (None, None) => None,
-        },
-        fits_ortho: false,
-        aperture,
-        focus,
-        ..CameraOptions::default()
-    };
+    let view = options(camera, target, up, lens, middle);
     let path = match &source {
         Source::File(path) => path.clone(),
         Source::Mesh(_) => PathBuf::new(),

@@ -177,3 +177,71 @@ def test_wrong_files(tmp_path):
         octray.render(faulty)
     with pytest.raises(ValueError, match="no triangles"):
         octray.render(octray.Mesh([], []), (8, 8))
+
+
+EYES = [
+    {"eye": (1, -3, 2)},
+    {"eye": (1, -3, 2), "target": (0, 0, 0.4), "up": (0, 1, 1), "fov": 25},
+    {"eye": (1, -3, 2), "target": (0, 0, 0.4), "ortho": 2.5},
+    {"from": "top"},
+    {"from": (20, 40), "ortho": 1.5},
+    {"from": "front", "aperture": 0.1, "focus": 2},
+    {"fov": 50},
+    None,
+    1,
+]
+
+
+@pytest.mark.parametrize("camera", EYES)
+@pytest.mark.parametrize("middle", [(0, 0, 0), (4096, 0, -8192), (4e5, 5e6, 100)])
+def test_camera_rays_hit_what_pictures_show(camera, middle):
+    loaded = octray.Mesh.from_file(SCENES / "meshes" / "vase.obj")
+    mesh = octray.Mesh(loaded.vertices + middle, loaded.faces)
+    if isinstance(camera, dict):
+        moved = {name: camera[name] + np.array(middle) for name in ("eye", "target") if name in camera}
+        camera = {**camera, **moved}
+    picture = octray.render(mesh, (64, 48), camera, samples=1, aov=("id", "depth"))
+    origins, directions = octray.camera_rays(camera, (64, 48), mesh)
+    assert origins.dtype == np.float64 and directions.dtype == np.float32
+    assert directions.shape == (48 * 64, 3)
+    assert origins.shape == (directions.shape if isinstance(camera, dict) and "ortho" in camera else (1, 3))
+    hits = mesh.closest_hit(origins, directions)
+    shown = picture["id"].ravel().astype(np.int64)
+    shown[shown == 2**32 - 1] = -1
+    assert np.array_equal(hits.triangle, shown)
+    assert camera == 1 or hits.hit.sum() > 100
+    assert np.allclose(hits.t, picture["depth"].ravel(), rtol=1e-5)
+
+
+def test_camera_rays_without_a_mesh():
+    mesh = octray.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    for camera in (3, {"eye": (1, 2, 3), "target": (0, 0, 0)}, {"eye": (1, 2, 3), "target": (0, 0, 0), "ortho": 2}):
+        for one, other in zip(octray.camera_rays(camera, (7, 5)), octray.camera_rays(camera, (7, 5), mesh)):
+            assert np.array_equal(one, other)
+    origins, directions = octray.camera_rays({"eye": (1e6, 2, 3.1), "target": (1e6, 0, 3.1)}, (1, 1))
+    assert origins.tolist() == [[1e6, 2, 3.1]] and np.allclose(directions, [[0, -1, 0]])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((None, (8, 8)), "mesh: needed"),
+        (({"from": "top"}, (8, 8)), "mesh: needed"),
+        (({"eye": (1, 2, 3)}, (8, 8)), "mesh: needed"),
+        (({"target": (1, 2, 3)}, (8, 8)), "mesh: needed"),
+        (("a camera", (8, 8)), "camera: expected a viewpoint"),
+        ((7, (8, 8)), "camera: expected"),
+        (({"eye": (1, 2, 3), "target": (1, 2, 3)}, (8, 8)), "same point"),
+        (({"eye": (1, 2, np.nan), "target": (1, 2, 3)}, (8, 8)), "camera: eye"),
+        (({"eye": (1, 2, 3), "target": (1, 2, 4)}, (8, 8)), "up vector"),
+        (({"eye": (1, 2, 3), "target": (0, 0, 0), "focus": 2}, (8, 8)), "needs a lens"),
+        ((1, (8,)), "size: expected a width"),
+        ((1, (0, 8)), "size: expected a whole number"),
+        ((1, (8, 65_536)), "size: expected at most"),
+        ((1, (8, 8), "bunny.ply"), "mesh: expected a Mesh"),
+        ((None, (8, 8), octray.Mesh(np.zeros((0, 3)), np.zeros((0, 3), int))), "no triangles"),
+    ],
+)
+def test_camera_rays_refuse(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        octray.camera_rays(*arguments)

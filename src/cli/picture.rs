@@ -12,7 +12,7 @@ use crate::{
         mesh::{LoadedMesh, UpAxis, UpSource},
     },
     render::{Aovs, Film, OnProgress, Renderer, Settings},
-    scene::TriangleMesh,
+    scene::{Camera, TriangleMesh},
 };
 use std::path::Path;
 
@@ -23,6 +23,38 @@ use std::path::Path;
 pub fn mesh(path: &Path) -> Result<LoadedMesh, CliError> {
     let memory = load::memory::limit(None);
     Ok(format::mesh::load_within(path, &mut Vec::new(), memory)?)
+}
+
+/// Returns the camera of a picture of `size`: of a mesh whose z axis points up, in the style of [`picture`], or one that
+/// depends on no mesh.
+///
+/// # Errors
+/// [`CliError::Usage`].
+pub fn camera(
+    mesh: Option<TriangleMesh>,
+    options: &CameraOptions,
+    [width, height]: [u32; 2],
+) -> Result<Camera, CliError> {
+    options.check()?;
+    let Some(columns) = mesh else {
+        let missing = || CliError::Usage("the camera depends on a mesh".into());
+        return options.without_scene()?.ok_or_else(missing);
+    };
+    let aspect = f64::from(width) / f64::from(height);
+    let mesh = LoadedMesh {
+        columns,
+        ..LoadedMesh::default()
+    };
+    options.for_mesh(&mesh, UpAxis::Z, aspect, &shown(None))
+}
+
+/// How a mesh is shown.
+fn shown(style: Option<Style>) -> MeshOptions {
+    MeshOptions {
+        style: style.unwrap_or(Style::Studio),
+        is_style_given: style.is_some(),
+        ..MeshOptions::default()
+    }
 }
 
 /// The subject of a picture.
@@ -67,11 +99,7 @@ pub fn picture(
     settings.validate()?;
     let aspect = f64::from(width) / f64::from(height);
     let memory = load::memory::limit(None);
-    let mesh = MeshOptions {
-        style: style.unwrap_or(Style::Studio),
-        is_style_given: style.is_some(),
-        ..MeshOptions::default()
-    };
+    let mesh = shown(style);
     let style = mesh.style;
     let (plan, mut input) = match subject {
         Subject::File(path) => {

@@ -6,6 +6,7 @@
 use super::{
     mesh::{Moment, Sharing},
     offset::Offset,
+    reason::Reason,
 };
 use crate::error::{LoadError, in_bytes};
 use std::{
@@ -238,7 +239,7 @@ impl Budget {
 impl BudgetError {
     /// The error about the file at `path`.
     pub(super) fn into_error(self, path: &Path) -> LoadError {
-        LoadError::whole_file(path, self.to_string())
+        Reason::from(self).of_file(path)
     }
 }
 
@@ -260,7 +261,7 @@ impl std::error::Error for BudgetError {}
 
 impl From<BudgetError> for io::Error {
     fn from(error: BudgetError) -> Self {
-        Self::other(error)
+        Self::new(io::ErrorKind::OutOfMemory, error)
     }
 }
 

@@ -7,6 +7,8 @@ pub(super) use decoding::decode;
 mod radiance;
 
 use super::left_out::counted;
+#[cfg(not(feature = "textures"))]
+use super::reason::Reason;
 #[cfg(feature = "cli")]
 use super::{Limits, budget::Budget, files};
 #[cfg(feature = "cli")]
@@ -25,7 +27,7 @@ pub(crate) type Decoded = ([u32; 2], Vec<[f32; 3]>);
 pub(crate) fn load(path: &Path, limits: impl Into<Limits>) -> Result<(Decoded, Option<String>), LoadError> {
     let budget = Budget::new(limits);
     let bytes = files::read(path, &budget).map_err(|error| files::load_error(path, &error))?;
-    let decoded = decode(&bytes, path, &budget).map_err(|message| LoadError::whole_file(path, message))?;
+    let decoded = decode(&bytes, path, &budget).map_err(|reason| reason.of_file(path))?;
     let note = odd_note(path, &decoded);
     Ok((decoded, note))
 }
@@ -45,6 +47,7 @@ mod decoding {
         error::{decoder_reason, in_bytes},
         format::{
             budget::Budget,
+            reason::Reason,
             textures::decoding::{DECODER_BYTES, HEADER_BYTES, limits, sentence},
         },
         scene::{EnvironmentPicture, MAX_ENVIRONMENT_SIDE},
@@ -57,19 +60,19 @@ mod decoding {
     };
 
     /// Decodes an image, and takes the environment's memory from the budget. The error is a sentence.
-    pub(in crate::format) fn decode(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Decoded, String> {
+    pub(in crate::format) fn decode(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Decoded, Reason> {
         let decoded = catch_unwind(AssertUnwindSafe(|| decode_within(bytes, path, budget)));
-        decoded.unwrap_or_else(|_| Err("its decoder failed".to_owned()))
+        decoded.unwrap_or_else(|_| Err("its decoder failed".into()))
     }
 
-    fn decode_within(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Decoded, String> {
+    fn decode_within(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Decoded, Reason> {
         use ImageFormat::{Bmp, Hdr, Jpeg, OpenExr, Png, Tga, WebP};
         let by_name = || ImageFormat::from_path(path).ok();
         let is_radiance = bytes.starts_with(b"#?").then_some(Hdr);
         let format = is_radiance.or_else(|| image::guess_format(bytes).ok().or_else(by_name));
         let format = format.filter(|format| matches!(format, Hdr | OpenExr | Png | Jpeg | WebP | Bmp | Tga));
-        let format =
-            format.ok_or("unknown kind of picture, expected HDR, OpenEXR, PNG, JPEG, WebP, BMP or TGA")?;
+        let unknown = "unknown kind of picture, expected HDR, OpenEXR, PNG, JPEG, WebP, BMP or TGA";
+        let format = format.ok_or_else(|| Reason::unsupported(unknown))?;
         let most_block = match format {
             OpenExr => exr_block(bytes)?,
             _ => 0,
@@ -90,13 +93,13 @@ mod decoding {
         let needed = decoded.saturating_mul(2) + 12 * pixels(size) + most_block + DECODER_BYTES;
         let kept = EnvironmentPicture::bytes(size);
         if needed + kept as u64 > budget.left() {
-            return Err(format!(
+            return Err(Reason::limit(format!(
                 "it takes {}, but {} of the memory limit are left",
                 in_bytes(needed + kept as u64),
                 in_bytes(budget.left())
-            ));
+            )));
         }
-        budget.take(kept).map_err(|error| error.to_string())?;
+        budget.take(kept)?;
         if let Some(radiance) = radiance {
             return Ok((size, radiance.decode()?));
         }
@@ -105,7 +108,7 @@ mod decoding {
         let decoded = reader.decode().map_err(|error| sentence(&error))?;
         let floats = decoded.into_rgb32f().into_raw();
         let texels = bytemuck::allocation::try_cast_vec(floats);
-        let texels = texels.map_err(|_| "it does not fit into memory".to_owned())?;
+        let texels = texels.map_err(|_| Reason::limit("it does not fit into memory".to_owned()))?;
         Ok((size, texels))
     }
 
@@ -139,6 +142,8 @@ mod decoding {
 }
 
 #[cfg(not(feature = "textures"))]
-pub(super) fn decode(_: &[u8], _: &Path, _: &super::budget::Budget) -> Result<Decoded, String> {
-    Err("octray was built without its feature `textures`".to_owned())
+pub(super) fn decode(_: &[u8], _: &Path, _: &super::budget::Budget) -> Result<Decoded, Reason> {
+    Err(Reason::unsupported(
+        "octray was built without its feature `textures`",
+    ))
 }

@@ -89,10 +89,8 @@ pub(super) fn read_all(reader: impl Read, limit: u64, budget: &Budget) -> io::Re
     if read_on(reader, &mut bytes, limit, budget)? {
         return Ok(bytes);
     }
-    Err(io::Error::other(format!(
-        "the input is larger than {}",
-        in_bytes(limit)
-    )))
+    let message = format!("the input is larger than {}", in_bytes(limit));
+    Err(io::Error::new(io::ErrorKind::FileTooLarge, message))
 }
 
 /// Opens a mesh, as [`OpenFile::open`] does.
@@ -166,7 +164,7 @@ fn explained(path: &Path, error: io::Error, budget: &Budget) -> io::Error {
 
 /// The error about a file that cannot be read.
 pub(super) fn load_error(path: &Path, error: &io::Error) -> LoadError {
-    LoadError::whole_file(path, io_reason(error))
+    LoadError::whole_file(path, io_reason(error)).with_kind(error.into())
 }
 
 #[cfg(test)]

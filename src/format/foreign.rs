@@ -1,6 +1,7 @@
 //! Files that are neither scenes nor meshes that octray reads, known by their first bytes or their extension: their errors say
 //! what they are.
 
+use super::reason::Reason;
 use crate::error::LoadError;
 use std::path::Path;
 
@@ -136,7 +137,7 @@ pub(super) fn refuse(bytes: &[u8], path: &Path, expected: &str) -> Result<(), Lo
     // USDZ is a ZIP archive, as 3MF.
     let by_name = || fault_by_name(path).filter(|_| bytes.starts_with(super::mesh::ZIP));
     match fault(bytes, expected).or_else(by_name) {
-        Some(message) => Err(LoadError::whole_file(path, message)),
+        Some(message) => Err(Reason::unsupported(message).of_file(path)),
         None => Ok(()),
     }
 }

@@ -20,6 +20,7 @@ mod offset;
 mod place;
 pub mod ply;
 mod polygon;
+mod reason;
 mod scn;
 mod source;
 mod stl;
@@ -95,7 +96,7 @@ pub(crate) fn refuse_unread(path: &Path, start: &[u8]) -> Result<(), LoadError> 
     match foreign::fault_by_name(path) {
         Some(by_name) if !scn::begins_with_statement(start) => {
             let message = foreign::fault(start, "expected a scene or a mesh").unwrap_or(by_name);
-            Err(LoadError::whole_file(path, message))
+            Err(reason::Reason::unsupported(message).of_file(path))
         }
         _ => Ok(()),
     }

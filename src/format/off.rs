@@ -16,7 +16,7 @@ use super::{
     polygon::Fans,
 };
 use crate::{
-    error::{LoadError, SceneError, quote},
+    error::{LoadError, LoadErrorKind, SceneError, quote},
     scene::{MAX_MATERIALS, TriangleMesh, is_usable},
 };
 use std::{collections::HashMap, ops::Range, path::Path};
@@ -129,7 +129,7 @@ impl Header {
             if is_binary || !prefix.is_empty() {
                 let word = quote(words.text(place.start..after.rest().end));
                 let message = format!("{word} is not supported, expected text in three dimensions");
-                return Err(TextFault::new(place, message));
+                return Err(TextFault::new(place, message).with_kind(LoadErrorKind::Unsupported));
             }
             // Some data sets have no space before the counts.
             words = Words::new(lines.text, place.start + at + 3..words.end_of_words());

@@ -1,7 +1,7 @@
 //! Words of a text and their positions. Lines are counted only for an error.
 
 use super::budget::BudgetError;
-use crate::error::LoadError;
+use crate::error::{LoadError, LoadErrorKind};
 use std::{ops::Range, path::Path};
 
 /// The byte order mark that some editors put before UTF-8.
@@ -44,6 +44,7 @@ pub(super) fn after_mark(text: &[u8]) -> usize {
 pub(super) struct TextFault {
     range: Option<Range<usize>>,
     message: String,
+    kind: LoadErrorKind,
 }
 
 impl TextFault {
@@ -51,15 +52,22 @@ impl TextFault {
         Self {
             range: Some(range),
             message: message.into(),
+            kind: LoadErrorKind::Invalid,
         }
+    }
+
+    /// Sets the kind of its error.
+    pub(super) fn with_kind(self, kind: LoadErrorKind) -> Self {
+        Self { kind, ..self }
     }
 
     /// Adds line and column; `text` is the text of `file`.
     pub(super) fn into_error(self, text: &[u8], file: &Path) -> LoadError {
-        match self.range {
+        let error = match self.range {
             Some(range) => LoadError::in_text(file, text, range, self.message),
             None => LoadError::whole_file(file, self.message),
-        }
+        };
+        error.with_kind(self.kind)
     }
 }
 
@@ -68,6 +76,7 @@ impl From<BudgetError> for TextFault {
         Self {
             range: None,
             message: error.to_string(),
+            kind: LoadErrorKind::Limit,
         }
     }
 }

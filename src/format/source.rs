@@ -49,11 +49,12 @@ impl OpenFile {
         let file = open_file(path)?;
         let length = file.metadata()?.len();
         if length > budget.limit() && length <= limit {
-            return Err(io::Error::other(format!(
+            let message = format!(
                 "the file has {}, above the memory limit of {}",
                 in_bytes(length),
                 in_bytes(budget.limit())
-            )));
+            );
+            return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
         }
         match usize::try_from(length) {
             Ok(room) if length <= limit => Ok(Self {
@@ -152,7 +153,10 @@ pub(crate) fn open_file(path: &Path) -> io::Result<File> {
 
 fn check_is_file(metadata: &Metadata) -> io::Result<()> {
     if metadata.is_dir() {
-        return Err(io::Error::other("this is a directory, expected a file"));
+        return Err(io::Error::new(
+            io::ErrorKind::IsADirectory,
+            "this is a directory, expected a file",
+        ));
     }
     if !metadata.is_file() {
         return Err(io::Error::other("this is a pipe or a device, expected a file"));
@@ -198,12 +202,14 @@ pub(super) fn read_on(
 
 fn room_for(length: usize) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    bytes.try_reserve_exact(length).map_err(io::Error::other)?;
+    let reserved = bytes.try_reserve_exact(length);
+    reserved.map_err(|error| io::Error::new(io::ErrorKind::OutOfMemory, error))?;
     Ok(bytes)
 }
 
 fn too_large(limit: u64) -> io::Error {
-    io::Error::other(format!("the file is larger than {}", in_bytes(limit)))
+    let message = format!("the file is larger than {}", in_bytes(limit));
+    io::Error::new(io::ErrorKind::FileTooLarge, message)
 }
 
 /// A mesh file: its bytes, or the open file.

@@ -17,6 +17,7 @@ use super::{
     offset::Offset,
     place::{TextFault, Words},
     polygon::Fans,
+    reason::Reason,
     source::{Opened, Pieces},
 };
 use crate::{
@@ -143,7 +144,7 @@ fn binary(source: &impl Pieces, path: &Path, budget: &Budget) -> Result<Option<L
     }
     // The scene would refuse it later.
     if let Err(error) = check_memory([count, 0, 3 * count], budget.limit()) {
-        return refused(error.to_string());
+        return Err(Reason::from(error).of_file(path));
     }
     let mut mesh = TriangleMesh::default();
     let room = [&mut mesh.x, &mut mesh.y, &mut mesh.z]

@@ -1,5 +1,6 @@
 //! Queries against one primitive after the other, on meshes full of shared edges, equal triangles and needles.
 
+mod cameras;
 mod crossings;
 mod exact;
 mod meshes;

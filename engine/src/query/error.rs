@@ -35,7 +35,7 @@ pub enum QueryError {
     },
     /// More than 32-bit ids or the hierarchy can count.
     TooMany {
-        /// "primitives" or "vertices".
+        /// "primitives", "vertices" or "pixels along a side".
         what: &'static str,
         /// The largest number allowed.
         limit: usize,

@@ -259,8 +259,9 @@ impl Geometry {
         self.level
     }
 
-    /// The point that coordinates are relative to.
-    #[doc(hidden)]
+    /// Returns the point that stored coordinates are relative to, world space: 0 on an axis unless the geometry is far from 0
+    /// there.
+    #[must_use]
     pub fn middle(&self) -> DVec3 {
         self.offset + self.scene.origin().as_dvec3()
     }

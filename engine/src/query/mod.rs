@@ -5,11 +5,13 @@
 //! positions, triangles, spheres -> Geometry: scene relative to its centre, BVH
 //! rays (any length, f32 or f64) -> unit rays in f32 (unit) -> many: packets through the tracer (worker)
 //!                                                          -> one: a visit with a sink (sinks, crossings, exact, places)
+//! camera -> a ray per pixel (camera)
 //! points -> in Z order (z_order) -> closest point (nearest)
 //!        -> inside (inside: crossings on the way out)
 //! ```
 //! All hits are those of the canonical test: the same for one ray and for many, at every level, on any number of threads.
 
+mod camera;
 mod coordinates;
 mod crossings;
 mod error;
@@ -33,6 +35,7 @@ pub mod unit;
 mod worker;
 mod z_order;
 
+pub use camera::CameraRays;
 pub use error::QueryError;
 pub use geometry::{AllHits, Geometry, Sphere, SurfacePoint};
 pub use nearest::ClosestPoint;

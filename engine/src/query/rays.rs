@@ -266,6 +266,20 @@ impl<'a> Rays<'a> {
         })
     }
 
+    /// The rays of a camera, which has as many origins as [`Self::from_arrays`] takes.
+    pub(super) fn of_camera(origins: &'a [DVec3], directions: &'a [Vec3]) -> Self {
+        Self {
+            source: Source::Arrays {
+                origins: origins.into(),
+                directions: directions.into(),
+                t_min: Ends::All(0.0),
+                t_max: Ends::All(f32::INFINITY),
+            },
+            start: 0,
+            len: directions.len(),
+        }
+    }
+
     /// Sets the ends of rays from arrays, in units of their directions' lengths; rays of a slice keep their own.
     ///
     /// # Errors

@@ -182,6 +182,16 @@ impl Camera {
     /// If a side has no pixel or sample, or more than [`MAX_SIDE_SAMPLES`] samples.
     #[must_use]
     pub fn pixel_rays(&self, scene: &Scene, width: u32, height: u32, samples_per_axis: u32) -> PixelRays {
+        self.pixel_rays_by(|point| scene.relative(point), [width, height], samples_per_axis)
+    }
+
+    /// As [`Self::pixel_rays`]; `relative` moves a point of world space to where rays are traced.
+    pub(crate) fn pixel_rays_by(
+        &self,
+        relative: impl Fn(DVec3) -> Vec3,
+        [width, height]: [u32; 2],
+        samples_per_axis: u32,
+    ) -> PixelRays {
         let n = samples_per_axis;
         let along = |pixels: u32| {
             let samples = pixels.saturating_mul(n);
@@ -205,7 +215,7 @@ impl Camera {
         }
         let stretch = self.plane.pixel_aspect as f32;
         PixelRays {
-            eye: scene.relative(eye),
+            eye: relative(eye),
             forward: forward.as_vec3(),
             right: right.as_vec3(),
             up: self.up.as_vec3(),

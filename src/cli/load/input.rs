@@ -310,7 +310,9 @@ pub fn load_bare(
 }
 
 fn failed(path: &Path, error: &SceneError) -> CliError {
-    LoadError::whole_file(path, error.to_string()).into()
+    LoadError::whole_file(path, error.to_string())
+        .with_kind(error.into())
+        .into()
 }
 
 /// Sets the radius of a cloud's points and lines: half the diameter if there is one, else by the cloud.

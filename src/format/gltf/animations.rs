@@ -183,7 +183,7 @@ fn check_steps(steps: usize, buffers: &Buffers<'_>) -> Result<(), LoadError> {
     if steps <= most {
         return Ok(());
     }
-    Err(buffers.refused(format!(
+    Err(buffers.too_much(format!(
         "the animation changes {steps} weights of morph targets, expected at most {most} from {size} bytes"
     )))
 }

@@ -10,7 +10,7 @@ use super::{
     compression::Compression,
     elements::{Elements, Part, Replacements, number, scale_of},
 };
-use crate::error::{LoadError, quote};
+use crate::error::{LoadError, LoadErrorKind, quote};
 use base64::{Engine, prelude::BASE64_STANDARD};
 use gltf::{
     Accessor, Primitive,
@@ -93,6 +93,11 @@ impl<'a> Buffers<'a> {
     /// An error about memory.
     pub(super) fn no_room(&self, error: BudgetError) -> LoadError {
         error.into_error(self.path)
+    }
+
+    /// An error about more of something than octray takes.
+    pub(super) fn too_much(&self, message: impl AsRef<str>) -> LoadError {
+        self.refused(message).with_kind(LoadErrorKind::Limit)
     }
 
     /// An error about the file.

@@ -9,7 +9,7 @@ use super::{
     super::budget::BudgetError,
     buffers::{Buffers, Bytes},
 };
-use crate::error::{LoadError, quote};
+use crate::error::{LoadError, LoadErrorKind, quote};
 use draco_core::{DecodeLimits, DecoderBuffer, ErrorKind, Mesh, MeshDecoder, PointAttribute};
 use gltf::{Accessor, Document, Primitive, Semantic, accessor::DataType, buffer::View, json};
 use meshoptimizer_rs::{Limits, Workspace, codec};
@@ -243,7 +243,17 @@ impl<'d> Compression<'d> {
             .decode(&mut DecoderBuffer::new(bytes).with_limits(limits), &mut decoded)
             .map_err(|error| match error.kind() {
                 ErrorKind::LimitExceeded => over_limit(buffers),
-                _ => buffers.refused(format!("{name}: cannot decode its Draco data: {error}")),
+                kind => {
+                    let refused = buffers.refused(format!("{name}: cannot decode its Draco data: {error}"));
+                    if matches!(
+                        kind,
+                        ErrorKind::UnsupportedVersion | ErrorKind::UnsupportedFeature
+                    ) {
+                        refused.with_kind(LoadErrorKind::Unsupported)
+                    } else {
+                        refused
+                    }
+                }
             })?;
         Ok(decoded)
     }

@@ -38,6 +38,7 @@ use super::{
     budget::Budget,
     left_out::counted,
     mesh::{LoadedMesh, Surface, add_texture_file},
+    reason::Reason,
     textures,
 };
 use crate::error::LoadError;
@@ -259,7 +260,7 @@ fn other_version(version: &str) -> String {
 
 /// The JSON, not yet checked.
 fn root(text: &[u8], path: &Path, budget: &Budget) -> Result<json::Root, LoadError> {
-    let other_version = |version: &str| LoadError::whole_file(path, other_version(version));
+    let other_version = |version: &str| Reason::unsupported(other_version(version)).of_file(path);
     // Not generic, so compiled with its crate, at less optimisation.
     let mut root = json::Root::from_slice(text);
     if let Err(error) = &root
@@ -325,10 +326,9 @@ fn document(mut root: json::Root, path: &Path) -> Result<Document, LoadError> {
     root.extensions_required
         .retain(|name| !HARMLESS.iter().any(|harmless| name.starts_with(harmless)));
     if let Some(name) = root.extensions_required.first() {
-        return Err(refused(format!(
-            "the file requires the extension {}, which octray does not support",
-            shortened(name)
-        )));
+        let name = shortened(name);
+        let message = format!("the file requires the extension {name}, which octray does not support");
+        return Err(Reason::unsupported(message).of_file(path));
     }
     let scenes = root.scenes.len();
     if let Some(scene) = root.scene.filter(|scene| scene.value() >= scenes) {

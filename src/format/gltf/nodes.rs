@@ -291,7 +291,8 @@ impl Reading {
                 },
                 error => error,
             };
-            buffers.refused(error.to_string())
+            let kind = (&error).into();
+            buffers.refused(error.to_string()).with_kind(kind)
         })?;
         self.baked.reserve(&baked, buffers)?;
         for (room, placements) in stored {
@@ -312,7 +313,7 @@ impl Reading {
                 (true, false) => "points",
                 (false, _) => "triangles",
             };
-            return Err(buffers.refused(format!(
+            return Err(buffers.too_much(format!(
                 "{triangles} {what}, counted once for each node that places them, expected at most {most} from \
                  {} bytes",
                 buffers.size()
@@ -399,7 +400,7 @@ impl Reading {
         let (steps, size) = (self.pose_steps, buffers.size());
         let most = size.saturating_mul(8).saturating_add(MOST_POSE_STEPS);
         if steps > most {
-            return Err(buffers.refused(format!(
+            return Err(buffers.too_much(format!(
                 "skins and morph targets change vertices {steps} times, counted for each node, expected at most {most} from \
                  {size} bytes"
             )));

@@ -224,7 +224,7 @@ fn check_instances(placements: &[Placement<'_>], buffers: &Buffers<'_>) -> Resul
     let (count, size) = (counts.fold(0, usize::saturating_add), buffers.size());
     let most = size.saturating_mul(8).saturating_add(1 << 16).min(MAX_INSTANCES);
     if count > most {
-        return Err(buffers.refused(format!(
+        return Err(buffers.too_much(format!(
             "{count} instances, expected at most {most} from {size} bytes"
         )));
     }

@@ -13,7 +13,9 @@ use super::{
         files::{self, Companions},
         foreign, obj, off,
         place::{BYTE_ORDER_MARK, LFS_POINTER, is_lfs_pointer},
-        ply, scn,
+        ply,
+        reason::Reason,
+        scn,
         source::Opened,
         stl,
     },
@@ -216,7 +218,7 @@ fn parse_budgeted(
 
 fn unknown_format(path: &Path) -> LoadError {
     let unknown = || format!("unknown kind of file, {}", MeshFormat::EXPECTED);
-    LoadError::whole_file(path, foreign::fault_by_name(path).unwrap_or_else(unknown))
+    Reason::unsupported(foreign::fault_by_name(path).unwrap_or_else(unknown)).of_file(path)
 }
 
 /// Refuses text that is evidently another mesh format than its extension says.
@@ -279,16 +281,16 @@ pub(in crate::format) fn parse_as(
         #[cfg(feature = "gltf")]
         MeshFormat::Gltf => used::only(gltf::parse(bytes, path, open, budget)?, path, budget),
         #[cfg(not(feature = "gltf"))]
-        MeshFormat::Gltf => Err(LoadError::whole_file(
-            path,
+        MeshFormat::Gltf => Err(Reason::unsupported(
             "glTF is not read: octray was built without its feature `gltf`",
-        )),
+        )
+        .of_file(path)),
         #[cfg(feature = "threemf")]
         MeshFormat::ThreeMf => used::only(threemf::parse(bytes, path, budget)?, path, budget),
         #[cfg(not(feature = "threemf"))]
-        MeshFormat::ThreeMf => Err(LoadError::whole_file(
-            path,
+        MeshFormat::ThreeMf => Err(Reason::unsupported(
             "3MF is not read: octray was built without its feature `threemf`",
-        )),
+        )
+        .of_file(path)),
     }
 }

@@ -2,9 +2,10 @@
 
 use super::{
     faces::Faces,
+    fault::{Fault, Place},
     header::Element,
     lines,
-    rows::{Fault, Place, Values, Wrong},
+    rows::{Values, Wrong},
 };
 use crate::scene::TriangleMesh;
 use serde_ply::ScalarType;

@@ -1,8 +1,9 @@
 //! Errors about values, with their places.
 
 use super::{
+    fault::Fault,
     header::{Element, Role},
-    rows::{Fault, Values, Wrong},
+    rows::{Values, Wrong},
     slots::UV_SLOT,
 };
 use crate::error::{SceneError, quote};
@@ -38,10 +39,8 @@ impl At<'_> {
     }
 
     fn fault<V: Values>(&self, values: &V, message: String) -> Fault {
-        Fault {
-            place: values.place(self.start, false),
-            message: message + &values.where_in_file("the record", self.start),
-        }
+        let message = message + &values.where_in_file("the record", self.start);
+        Fault::at(values.place(self.start, false), message)
     }
 
     #[cold]
@@ -72,10 +71,8 @@ impl At<'_> {
     pub(super) fn bad_index<V: Values>(&self, values: &V, index: i64, vertices: usize) -> Fault {
         let noun = if vertices == 1 { "vertex" } else { "vertices" };
         let place = values.where_in_file(&self.record(), self.start);
-        Fault {
-            place: values.place(self.start, true),
-            message: format!("vertex index {index}, but the file has only {vertices} {noun}{place}"),
-        }
+        let message = format!("vertex index {index}, but the file has only {vertices} {noun}{place}");
+        Fault::at(values.place(self.start, true), message)
     }
 
     #[cold]

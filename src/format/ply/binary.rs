@@ -3,9 +3,10 @@
 use super::{
     ascii::whole_of,
     faces::Faces,
+    fault::{Fault, Place},
     fixed::{self, FaceLayout, from_bytes},
     header::{Element, Role, scalar_size},
-    rows::{Fault, Place, Values, Wrong, reserve},
+    rows::{Values, Wrong, reserve},
 };
 use crate::scene::TriangleMesh;
 use serde_ply::ScalarType;
@@ -129,10 +130,7 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
     }
 
     fn leftover(&self, _start: usize, record: &str) -> Fault {
-        Fault {
-            place: Place::File,
-            message: format!("{record} is too long"),
-        }
+        Fault::file(format!("{record} is too long"))
     }
 
     fn bytes_left(&self) -> usize {

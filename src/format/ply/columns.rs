@@ -1,8 +1,9 @@
 //! The arrays of vertices, which the fast paths fill in pieces.
 
 use super::{
+    fault::Fault,
     header::Element,
-    rows::{Fault, reserve, zeroed},
+    rows::{reserve, zeroed},
 };
 use crate::{format::budget::Budget, scene::TriangleMesh};
 use glam::Vec3;

@@ -1,6 +1,6 @@
 //! The faces of a mesh, or its lines, while they are read.
 
-use super::{painted::Paint, rows::Fault};
+use super::{fault::Fault, painted::Paint};
 use crate::{
     format::{
         budget::{Budget, BudgetError},

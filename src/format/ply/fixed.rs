@@ -4,8 +4,9 @@
 use super::{
     columns::{Attributes, VertexColumns},
     faces::{Faces, upper_left},
+    fault::Fault,
     header::{Element, Header, Role, Step, color_scale},
-    rows::{Fault, zeroed},
+    rows::zeroed,
     slots::{COLOR_SLOT, SLOTS, UV_SLOT},
 };
 use crate::{

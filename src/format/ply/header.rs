@@ -1,11 +1,11 @@
 //! The header: parsed by serde-ply, checked, and turned into steps that read a record.
 
 use super::{
-    rows::{Fault, Place},
+    fault::{Fault, Place},
     slots::{COLOR_SLOT, SlotNames, VERTEX_SLOTS},
 };
 use crate::{
-    error::quote,
+    error::{LoadErrorKind, quote},
     format::{
         foreign,
         left_out::counted,
@@ -394,24 +394,19 @@ impl Element {
 /// Where the line after `end_header` starts, in bytes.
 pub(super) fn find_end(bytes: &[u8]) -> Result<usize, Fault> {
     if bytes.is_empty() {
-        return Err(Fault {
-            place: Place::File,
-            message: "the file is empty, expected a PLY mesh".to_owned(),
-        });
+        return Err(Fault::file("the file is empty, expected a PLY mesh"));
     }
     if let Some(message) = foreign::fault(bytes, "expected a PLY mesh") {
         return Err(Fault {
             place: Place::File,
             message,
+            kind: LoadErrorKind::Unsupported,
         });
     }
     if let Some([next, ..]) = bytes.strip_prefix(b"ply\r")
         && *next != b'\n'
     {
-        return Err(Fault {
-            place: Place::File,
-            message: LONE_RETURNS.to_owned(),
-        });
+        return Err(Fault::file(LONE_RETURNS));
     }
     let mut end = after_mark(bytes);
     for (i, line) in bytes[end..].split_inclusive(|&byte| byte == b'\n').enumerate() {

@@ -5,8 +5,9 @@ use super::{
     ascii::Text,
     columns::{Attributes, VertexColumns},
     faces::{Faces, upper_left},
+    fault::Fault,
     header::{Element, Step, color_scale},
-    rows::{Fault, reserve, zeroed},
+    rows::{reserve, zeroed},
     slots::{COLOR_SLOT, NORMAL_SLOT, SLOTS, UV_SLOT},
 };
 use crate::{

@@ -22,6 +22,7 @@ mod binary;
 mod choice;
 mod columns;
 mod faces;
+mod fault;
 mod finish;
 mod fixed;
 mod header;
@@ -41,8 +42,8 @@ use crate::{error::LoadError, scene::TriangleMesh};
 use ascii::Text;
 use binary::Binary;
 use faces::Faces;
+use fault::{Fault, Place};
 use header::{Header, Role, Step};
-use rows::{Fault, Place};
 use serde_ply::{PlyFormat, ScalarType};
 use slots::NORMAL_SLOT;
 use std::{
@@ -230,10 +231,11 @@ fn is_single(header: &Header) -> bool {
 
 /// Adds the place of a fault.
 fn fault_to_error(bytes: &[u8], file: &Arc<PathBuf>, fault: &Fault) -> LoadError {
-    match &fault.place {
+    let error = match &fault.place {
         Place::File => LoadError::whole_file(file, &fault.message),
         Place::Text(range) => LoadError::in_text(file, bytes, range.clone(), &fault.message),
-    }
+    };
+    error.with_kind(fault.kind)
 }
 
 #[cfg(test)]

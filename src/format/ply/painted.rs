@@ -3,8 +3,9 @@
 use super::{
     at::At,
     faces::{Faces, UNKNOWN_UV, upper_left},
+    fault::Fault,
     header::{Element, Header, Step, color_scale},
-    rows::{Fault, Values, Wrong, end_record, list_length, read_corners, skip, uv_number},
+    rows::{Values, Wrong, end_record, list_length, read_corners, skip, uv_number},
     slots::COLOR_SLOT,
 };
 use crate::{

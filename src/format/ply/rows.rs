@@ -3,12 +3,13 @@
 use super::{
     at::At,
     faces::{Faces, UNKNOWN_UV, upper_left},
+    fault::{Fault, Place},
     header::{Element, Header, Role, Step, color_scale},
     painted,
     slots::{COLOR_SLOT, NORMAL_SLOT, SLOTS, UV_SLOT},
 };
 use crate::{
-    error::quote,
+    error::{LoadErrorKind, quote},
     format::{
         budget::{Budget, BudgetError},
         mesh::{Unusable, usable_normal},
@@ -17,41 +18,6 @@ use crate::{
     scene::{TriangleMesh, is_usable},
 };
 use serde_ply::ScalarType;
-use std::ops::Range;
-
-/// Where a fault is.
-#[derive(Debug, PartialEq, Eq)]
-pub(super) enum Place {
-    /// The whole file.
-    File,
-    /// Bytes of a text.
-    Text(Range<usize>),
-}
-
-/// What is wrong with a mesh, and its place.
-#[derive(Debug)]
-pub(super) struct Fault {
-    pub(super) place: Place,
-    pub(super) message: String,
-}
-
-impl Fault {
-    pub(super) fn text(place: Range<usize>, message: impl Into<String>) -> Self {
-        Self {
-            place: Place::Text(place),
-            message: message.into(),
-        }
-    }
-}
-
-impl From<BudgetError> for Fault {
-    fn from(error: BudgetError) -> Self {
-        Self {
-            place: Place::File,
-            message: error.to_string(),
-        }
-    }
-}
 
 /// Why a value could not be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -479,6 +445,7 @@ pub(super) fn reserve<T>(
                 element.count,
                 quote(element.name.as_bytes())
             ),
+            kind: LoadErrorKind::Limit,
         },
     })
 }

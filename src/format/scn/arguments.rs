@@ -340,6 +340,6 @@ impl<'l, 'a> Arguments<'l, 'a> {
             }
             error => error.to_string(),
         };
-        self.line.error_at(&word, message)
+        self.line.error_at(&word, message).with_kind(error.into())
     }
 }

@@ -79,14 +79,14 @@ impl Reader<'_> {
         let number = arguments.precise(time, "the time")?;
         if self.keyframes >= MAX_KEYFRAMES {
             let message = format!("more than {MAX_KEYFRAMES} keyframes in one scene");
-            return Err(line.error_at(&arguments.keyword, message));
+            return Err(line.too_many(&arguments.keyword, message));
         }
         self.keyframes += 1;
         let (count, fits) = match &moved.what {
             MovedThing::Instances { motion, .. } => (motion.times().len(), motion.check_time(number)),
             MovedThing::Camera { motion, .. } => (motion.times().len(), motion.check_time(number)),
         };
-        fits.map_err(|error| line.error_at(&time, error.to_string()))?;
+        fits.map_err(|error| line.error_at(&time, error.to_string()).with_kind((&error).into()))?;
         let behind = arguments.peek().unwrap_or(time);
         let added = match &mut moved.what {
             MovedThing::Instances { motion, .. } => motion.add(number, mesh::read_steps(&mut arguments)?),
@@ -94,7 +94,10 @@ impl Reader<'_> {
                 view, motion, lens, ..
             } => motion.add(number, camera::keyframe(&mut arguments, view, lens)?),
         };
-        added.map_err(|error| line.error_at(&behind, error.to_string()))?;
+        added.map_err(|error| {
+            line.error_at(&behind, error.to_string())
+                .with_kind((&error).into())
+        })?;
         moved.lonely = (count == 0).then(|| {
             let message = "only one keyframe, expected another `at` below it: motion needs two";
             line.error_at(&arguments.keyword, message)

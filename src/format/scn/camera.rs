@@ -66,7 +66,7 @@ impl Reader<'_> {
         }
         if self.seen.cameras.len() >= MAX_CAMERAS {
             let message = format!("more than {MAX_CAMERAS} cameras in one scene");
-            return Err(arguments.line.error_at(&arguments.keyword, message));
+            return Err(arguments.line.too_many(&arguments.keyword, message));
         }
         self.seen.cameras.insert(name.clone(), at);
         if at::follows(arguments.line.rest) {

@@ -6,6 +6,7 @@ use crate::{
     format::{
         environment::{decode, odd_note},
         files::load_error,
+        reason::Reason,
     },
     scene::{Environment, EnvironmentPicture},
 };
@@ -54,7 +55,7 @@ impl Reader<'_> {
             let message = format!("cannot load {}", path.display());
             arguments.line.error_at(&word, message).caused_by(cause)
         };
-        let whole_file = |message: String| cannot_load(LoadError::whole_file(&path, message));
+        let whole_file = |reason: Reason| cannot_load(reason.of_file(&path));
         self.builder.add_texture_files(vec![path.clone()]);
         let opened = self.files.mesh(&path, self.budget);
         let bytes = opened.and_then(|opened| opened.into_bytes(self.budget));
@@ -66,7 +67,7 @@ impl Reader<'_> {
         }
         let (size, texels) = decoded;
         let picture = EnvironmentPicture::new(size, texels, degrees, intensity);
-        let picture = picture.map_err(|error| whole_file(error.to_string()))?;
+        let picture = picture.map_err(|error| whole_file(error.into()))?;
         Ok(Environment::Picture(picture))
     }
 }

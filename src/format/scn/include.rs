@@ -3,7 +3,10 @@
 use super::{QUOTES_HINT, Reader, arguments::Arguments};
 use crate::{
     error::LoadError,
-    format::files::{self, MAX_TEXT_BYTES},
+    format::{
+        files::{self, MAX_TEXT_BYTES},
+        reason::Reason,
+    },
 };
 use std::path::PathBuf;
 
@@ -32,7 +35,7 @@ impl Includes {
     }
 
     /// Why the file may not be included; `None` if it may.
-    fn objection(&self, identity: &PathBuf) -> Option<String> {
+    fn objection(&self, identity: &PathBuf) -> Option<Reason> {
         let start = self.stack.iter().position(|(open, _)| open == identity);
         if let Some(circle) = start.and_then(|start| self.stack.get(start..)) {
             let names: Vec<String> = circle
@@ -40,12 +43,13 @@ impl Includes {
                 .chain(circle.first())
                 .map(|(_, name)| name.display().to_string())
                 .collect();
-            return Some(format!("the file includes itself: {}", names.join(" > ")));
+            return Some(format!("the file includes itself: {}", names.join(" > ")).into());
         }
         if self.stack.len() > MAX_DEPTH {
-            return Some(format!("includes nest more than {MAX_DEPTH} deep"));
+            return Some(Reason::limit(format!("includes nest more than {MAX_DEPTH} deep")));
         }
-        (self.count >= MAX_INCLUDES).then(|| format!("more than {MAX_INCLUDES} includes in one scene"))
+        let too_many = || Reason::limit(format!("more than {MAX_INCLUDES} includes in one scene"));
+        (self.count >= MAX_INCLUDES).then(too_many)
     }
 }
 
@@ -58,8 +62,8 @@ impl Reader<'_> {
         let line = arguments.line;
         let path = self.path(&arguments, word, "scene")?;
         let identity = self.files.identity(&path);
-        if let Some(message) = self.includes.objection(&identity) {
-            return Err(line.error_at(&word, message));
+        if let Some(reason) = self.includes.objection(&identity) {
+            return Err(line.error_at(&word, reason.message).with_kind(reason.kind));
         }
         let cannot_include = |cause: LoadError| {
             line.error_at(&word, format!("cannot include {}", path.display()))
@@ -73,7 +77,7 @@ impl Reader<'_> {
         self.includes.bytes += text.len() as u64;
         if self.includes.bytes > MAX_TEXT_BYTES {
             let message = format!("included files add up to more than {MAX_TEXT_BYTES} bytes");
-            return Err(line.error_at(&word, message));
+            return Err(line.too_many(&word, message));
         }
         self.builder.add_include(path.clone());
         self.file(&text, &path, identity).map_err(cannot_include)?;

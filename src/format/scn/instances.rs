@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     error::{LoadError, clip_path},
-    format::files::load_error,
+    format::{files::load_error, reason::Reason},
     scene::{MAX_INSTANCES, MaterialId, Motion, PrototypeId, Transform},
 };
 use std::path::Path;
@@ -55,8 +55,10 @@ impl Reader<'_> {
             moving.push(placement.transform);
         } else {
             let added = self.builder.add_instance(prototype, &placement.transform);
-            added
-                .map_err(|error| line.error_at(&word, format!("cannot place {}: {error}", path.display())))?;
+            added.map_err(|error| {
+                line.error_at(&word, format!("cannot place {}: {error}", path.display()))
+                    .with_kind((&error).into())
+            })?;
         }
         if let Some(transforms) = moving {
             self.start_motion(&arguments, word, prototype, transforms);
@@ -85,15 +87,15 @@ impl Reader<'_> {
                 .then_transform(after);
             let Some(moving) = &mut moving else {
                 let added = builder.add_instance(prototype, &transform);
-                return added.map_err(|error| error.to_string());
+                return added.map_err(Reason::from);
             };
             if moving.len() >= MAX_INSTANCES {
-                return Err(format!("more than {MAX_INSTANCES} instances"));
+                return Err(Reason::limit(format!("more than {MAX_INSTANCES} instances")));
             }
             // Twice, as the array grows.
             let taken = budget.take(2 * size_of::<Transform>());
             moving.push(transform);
-            taken.map_err(|error| error.to_string())
+            taken.map_err(Reason::from)
         });
         drop(bytes);
         budget.give_back_to(taken);
@@ -140,10 +142,8 @@ impl Reader<'_> {
         let placed = self.place(number, loaded, &placement, material);
         let ended = placed.and_then(|()| {
             let ended = self.builder.end_prototype(start);
-            ended.map_err(|error| error.to_string())
+            ended.map_err(Reason::from)
         });
-        ended.map_err(|message| {
-            mesh::cannot_load(line, word, path).caused_by(LoadError::whole_file(path, message))
-        })
+        ended.map_err(|reason| mesh::cannot_load(line, word, path).caused_by(reason.of_file(path)))
     }
 }

@@ -1,7 +1,7 @@
 //! A line of a scene file and its place.
 
 use super::words::Word;
-use crate::error::{LoadError, SourcePos};
+use crate::error::{LoadError, LoadErrorKind, SourcePos};
 use std::{path::PathBuf, sync::Arc};
 
 /// A line and its place.
@@ -27,6 +27,11 @@ impl Line<'_> {
     /// An error about the `width` bytes from `start`.
     pub(super) fn error(&self, start: usize, width: usize, message: impl AsRef<str>) -> LoadError {
         LoadError::new(self.at(start), message).with_line(self.bytes, start..start.saturating_add(width))
+    }
+
+    /// An error about a statement that is one too many.
+    pub(super) fn too_many(&self, word: &Word<'_>, message: impl AsRef<str>) -> LoadError {
+        self.error_at(word, message).with_kind(LoadErrorKind::Limit)
     }
 
     /// An error about a word.

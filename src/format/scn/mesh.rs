@@ -9,7 +9,10 @@ use super::{
 };
 use crate::{
     error::{LoadError, clip_path, quote},
-    format::mesh::{LoadedMesh, MAX_CAMERAS, MeshCamera, MeshFormat},
+    format::{
+        mesh::{LoadedMesh, MAX_CAMERAS, MeshCamera, MeshFormat},
+        reason::Reason,
+    },
     scene::{Camera, MaterialId, NamedCamera, SceneBuilder, Step, Transform},
 };
 use glam::DVec3;
@@ -109,7 +112,7 @@ impl Reader<'_> {
             return Ok(());
         }
         if self.placements.len() >= MAX_MESHES {
-            return Err(line.error_at(&word, format!("more than {MAX_MESHES} placed meshes")));
+            return Err(line.too_many(&word, format!("more than {MAX_MESHES} placed meshes")));
         }
         let takes_lights = placement.lights.is_some();
         let mut loaded = self.load_mesh(arguments, word, &path, (material, kind, takes_lights))?;
@@ -119,12 +122,13 @@ impl Reader<'_> {
             None => Ok(()),
         };
         let added = lit.and_then(|()| self.place(number, loaded, &placement, material));
-        added.map_err(|message| {
+        added.map_err(|reason| {
             if placement.transform == Transform::IDENTITY {
-                cannot_load(line, word, &path).caused_by(LoadError::whole_file(&path, message))
+                cannot_load(line, word, &path).caused_by(reason.of_file(&path))
             } else {
                 // The fault may lie in the placement, not in the file.
-                line.error_at(&word, format!("cannot place {}: {message}", path.display()))
+                line.error_at(&word, format!("cannot place {}: {reason}", path.display()))
+                    .with_kind(reason.kind)
             }
         })?;
         self.placements.insert(key);
@@ -185,11 +189,11 @@ impl Reader<'_> {
         loaded: Option<&LoadedMesh>,
         (placement, together): (&Placement<'_>, f32),
         path: &Path,
-    ) -> Result<(), String> {
+    ) -> Result<(), Reason> {
         let mesh = loaded.or_else(|| self.meshes.kept(number));
         let Some(mesh) = mesh else { return Ok(()) };
         let lights = mesh.placed_lights(&placement.transform, together);
-        let lights = lights.map_err(|error| error.to_string())?;
+        let lights = lights?;
         if lights.is_empty() {
             let why = if mesh.lights.is_empty() {
                 "`lights`, but the file has none that can be read"
@@ -200,7 +204,7 @@ impl Reader<'_> {
         }
         for light in lights {
             self.has_lights = true;
-            self.builder.add(light).map_err(|error| error.to_string())?;
+            self.builder.add(light)?;
         }
         Ok(())
     }
@@ -220,7 +224,7 @@ impl Reader<'_> {
         loaded: Option<LoadedMesh>,
         placement: &Placement<'_>,
         material: Option<MaterialId>,
-    ) -> Result<(), String> {
+    ) -> Result<(), Reason> {
         let Placement {
             transform,
             point_radius,
@@ -231,7 +235,7 @@ impl Reader<'_> {
         if !self.placements.is_empty() || !self.prototypes.is_empty() {
             let size = loaded.as_ref().map(size_of_columns);
             let size = size.unwrap_or_else(|| self.meshes.size(number));
-            self.budget.take(size).map_err(|error| error.to_string())?;
+            self.budget.take(size)?;
         }
         let (builder, count) = (&mut self.builder, &mut self.mesh_cameras);
         let Some(mut mesh) = loaded else {

@@ -9,6 +9,7 @@ use crate::{
         left_out::LeftOut,
         mesh::{self, Cloud, LoadedMesh, MeshCamera},
         ply,
+        reason::Reason,
     },
     scene::{Image, MaterialId, SceneBuilder, Transform, TriangleMesh},
 };
@@ -101,12 +102,13 @@ impl Meshes {
         let opened = files.mesh(path, budget);
         let opened = opened.map_err(|error| load_error(path, &error))?;
         if file.was_read {
-            count(copied, opened.length()).map_err(|message| LoadError::whole_file(path, message))?;
+            count(copied, opened.length()).map_err(|reason| reason.of_file(path))?;
         }
         let mut open = |path: &Path| {
             let opened = files.mesh(path, budget)?;
             if !beside.insert(files.identity(path)) {
-                count(copied, opened.length()).map_err(io::Error::other)?;
+                let counted = count(copied, opened.length());
+                counted.map_err(|reason| io::Error::new(io::ErrorKind::FileTooLarge, reason.message))?;
             }
             opened.into_bytes(budget)
         };
@@ -119,7 +121,7 @@ impl Meshes {
             mesh.linearize();
         }
         // To a mesh a missing material library is no fault.
-        count(copied, 0).map_err(|message| LoadError::whole_file(path, message))?;
+        count(copied, 0).map_err(|reason| reason.of_file(path))?;
         budget.give_back_to(before);
         let size = size_of_mesh(&mesh);
         budget.take(size).map_err(|error| error.into_error(path))?;
@@ -167,20 +169,20 @@ impl Meshes {
         mut mesh: LoadedMesh,
         material: Option<MaterialId>,
         builder: &mut SceneBuilder,
-    ) -> Result<(), String> {
+    ) -> Result<(), Reason> {
         let own = &mut self.files[number].own;
         let added = match (material, own) {
             (Some(_), _) => mesh.add_to(builder, material),
             (None, own) => {
                 let ids = match own {
                     Some(ids) => ids,
-                    None => own.insert(mesh.add_surfaces(builder).map_err(|error| error.to_string())?),
+                    None => own.insert(mesh.add_surfaces(builder)?),
                 };
                 builder.add_texture_files(mesh.texture_files);
                 mesh::add_columns(builder, mesh.columns, mesh.cloud, ids, &mesh.surface_of)
             }
         };
-        added.map_err(|error| error.to_string())
+        added.map_err(Reason::from)
     }
 
     /// Adds a copy of a kept mesh to a scene, as [`LoadedMesh::add_to`] does. The error is a sentence.
@@ -191,7 +193,7 @@ impl Meshes {
         material: Option<MaterialId>,
         builder: &mut SceneBuilder,
         budget: &Budget,
-    ) -> Result<(), String> {
+    ) -> Result<(), Reason> {
         let MeshFile { kept, own, .. } = &mut self.files[number];
         let Some(Kept { mesh, .. }) = kept else {
             return Ok(());
@@ -225,30 +227,28 @@ impl Meshes {
         } else {
             let ids = match own {
                 Some(ids) => ids,
-                None => own.insert(mesh.add_surfaces(builder).map_err(|error| error.to_string())?),
+                None => own.insert(mesh.add_surfaces(builder)?),
             };
             mesh::add_columns(builder, columns, cloud, ids, &mesh.surface_of)
         };
-        added.map_err(|error| error.to_string())
+        added.map_err(Reason::from)
     }
 }
 
 /// Counts bytes that are read again or copied.
-fn count(copied: &mut u64, bytes: usize) -> Result<(), String> {
+fn count(copied: &mut u64, bytes: usize) -> Result<(), Reason> {
     *copied = copied.saturating_add(bytes as u64);
     if *copied > MAX_COPIED_BYTES {
-        return Err(format!(
+        return Err(Reason::limit(format!(
             "placing meshes again takes more than {MAX_COPIED_BYTES} bytes, read and copied together"
-        ));
+        )));
     }
     Ok(())
 }
 
-fn copied<T: Copy>(from: &[T], budget: &Budget) -> Result<Vec<T>, String> {
+fn copied<T: Copy>(from: &[T], budget: &Budget) -> Result<Vec<T>, Reason> {
     let mut copy = Vec::new();
-    budget
-        .reserve(&mut copy, from.len())
-        .map_err(|error| error.to_string())?;
+    budget.reserve(&mut copy, from.len())?;
     copy.extend_from_slice(from);
     Ok(copy)
 }

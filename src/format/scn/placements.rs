@@ -4,7 +4,10 @@
 
 use crate::{
     error::{LoadError, quote},
-    format::place::{LFS_POINTER, LONE_RETURNS, after_mark, has_lone_returns, is_lfs_pointer, is_utf16},
+    format::{
+        place::{LFS_POINTER, LONE_RETURNS, after_mark, has_lone_returns, is_lfs_pointer, is_utf16},
+        reason::Reason,
+    },
     scene::MAX_COORDINATE,
 };
 use std::path::Path;
@@ -28,11 +31,11 @@ const BINARY: &str = "this is binary data, expected text or a numpy array (.npy,
 pub(super) fn read(
     bytes: &[u8],
     path: &Path,
-    mut take: impl FnMut(Rows) -> Result<(), String>,
+    mut take: impl FnMut(Rows) -> Result<(), Reason>,
 ) -> Result<usize, LoadError> {
     let whole = |message: &str| LoadError::whole_file(path, message);
     if bytes.starts_with(NUMPY) {
-        return array(bytes, &mut take).map_err(|message| whole(&message));
+        return array(bytes, &mut take).map_err(|reason| reason.of_file(path));
     }
     if let Some(what) = other_content(bytes, path) {
         return Err(whole(what));
@@ -42,7 +45,9 @@ pub(super) fn read(
     for line in bytes.split_inclusive(|&byte| byte == b'\n') {
         let own = start..start + line.trim_ascii_end().len();
         start += line.len();
-        let refused = |message: String| LoadError::in_text(path, bytes, own.clone(), message);
+        let refused = |reason: Reason| {
+            LoadError::in_text(path, bytes, own.clone(), reason.message).with_kind(reason.kind)
+        };
         let words = line
             .split(u8::is_ascii_whitespace)
             .filter(|word| !word.is_empty());
@@ -63,7 +68,8 @@ pub(super) fn read(
             count += 1;
         }
         if count > 0 {
-            let rows = rows(numbers.get(..count).unwrap_or_default(), count).map_err(refused)?;
+            let rows = rows(numbers.get(..count).unwrap_or_default(), count);
+            let rows = rows.map_err(|message| refused(message.into()))?;
             take(rows).map_err(refused)?;
             placements += 1;
         }
@@ -154,8 +160,8 @@ fn rows(numbers: &[f64], count: usize) -> Result<Rows, String> {
 }
 
 /// The placements of a numpy array of `f4` or `f8`, little-endian, row after row. Returns their number.
-fn array(bytes: &[u8], take: &mut impl FnMut(Rows) -> Result<(), String>) -> Result<usize, String> {
-    let cut = || "the array ends within its header".to_string();
+fn array(bytes: &[u8], take: &mut impl FnMut(Rows) -> Result<(), Reason>) -> Result<usize, Reason> {
+    let cut = || Reason::from("the array ends within its header");
     let field = |range: std::ops::Range<usize>| bytes.get(range).ok_or_else(cut);
     let major = field(6..7)?[0];
     let (start, length) = if major == 1 {
@@ -200,11 +206,9 @@ fn array(bytes: &[u8], take: &mut impl FnMut(Rows) -> Result<(), String>) -> Res
     };
     let data = &bytes[start + length..];
     if count.checked_mul(each * size) != Some(data.len()) {
-        return Err(format!(
-            "{} bytes of numbers, expected {count} placements of {} bytes",
-            data.len(),
-            each * size
-        ));
+        let (found, each) = (data.len(), each * size);
+        let message = format!("{found} bytes of numbers, expected {count} placements of {each} bytes");
+        return Err(message.into());
     }
     for (i, placement) in data.chunks_exact(each * size).enumerate() {
         let mut numbers = [0.0; 16];
@@ -215,8 +219,11 @@ fn array(bytes: &[u8], take: &mut impl FnMut(Rows) -> Result<(), String>) -> Res
                 _ => 0.0,
             };
         }
-        let taken = rows(&numbers[..each], each).and_then(&mut *take);
-        taken.map_err(|message| format!("array[{i}]: {message}"))?;
+        let rows = rows(&numbers[..each], each).map_err(Reason::from);
+        rows.and_then(&mut *take).map_err(|reason| Reason {
+            message: format!("array[{i}]: {reason}"),
+            ..reason
+        })?;
     }
     Ok(count)
 }

@@ -14,6 +14,7 @@ use crate::{
         mesh::most_triangles,
         offset::Offset,
         place::TextFault,
+        reason::Reason,
         vertices::{NONE, add_position},
     },
     scene::{TriangleMesh, check_memory},
@@ -234,29 +235,29 @@ impl<'a> Building<'a> {
 
     /// Refuses too many triangles, and makes room for all others.
     fn make_room(&mut self, total: Total) -> Result<(), LoadError> {
-        let refused = |message: String| LoadError::whole_file(self.package.path(), message);
+        let refused = |reason: Reason| reason.of_file(self.package.path());
         let size = self.package.size();
         let most = most_triangles(size);
         if total.triangles > most || total.vertices > 3 * most {
-            return Err(refused(format!(
+            return Err(refused(Reason::limit(format!(
                 "{} triangles, counted once for each component that places them, expected at most {most} from \
                  {size} bytes",
                 total.triangles.max(total.vertices / 3)
-            )));
+            ))));
         }
         if total.objects > MAX_PLACED {
             let message = format!(
                 "{} objects and components, expected at most {MAX_PLACED}",
                 total.objects
             );
-            return Err(refused(message));
+            return Err(refused(Reason::limit(message)));
         }
         let vertices = total.vertices;
         let [colors, uvs] = [total.has_colors, total.has_uvs].map(|has| if has { vertices } else { 0 });
         let budget = self.package.budget();
         // The scene would refuse it later.
         check_memory([total.triangles, 0, vertices + colors + uvs], budget.limit())
-            .map_err(|error| refused(error.to_string()))?;
+            .map_err(|error| refused(error.into()))?;
         let columns = &mut self.columns;
         let room = [&mut columns.x, &mut columns.y, &mut columns.z]
             .into_iter()

@@ -7,7 +7,7 @@ use super::{
     xml::{Attribute, Tag, Xml},
 };
 use crate::{
-    error::{SceneError, quote},
+    error::{LoadErrorKind, SceneError, quote},
     format::{
         budget::{Budget, BudgetError},
         offset::Offset,
@@ -157,7 +157,8 @@ fn check_extensions(root: &Tag<'_>) -> Result<(), TextFault> {
             || format!("the extension {}", quote(namespace)),
             |(_, name)| (*name).to_owned(),
         );
-        return Err(required.fault(format!("the file requires {name}, which octray does not support")));
+        let fault = required.fault(format!("the file requires {name}, which octray does not support"));
+        return Err(fault.with_kind(LoadErrorKind::Unsupported));
     }
     Ok(())
 }

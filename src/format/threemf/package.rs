@@ -20,7 +20,8 @@ use percent_encoding::percent_decode_str;
 use rawzip::{CompressionMethod, ZipArchive, ZipArchiveEntryWayfinder, ZipSliceArchive};
 use std::{
     collections::HashMap,
-    io::{self, Read},
+    fmt,
+    io::{self, ErrorKind, Read},
     path::{Path, PathBuf},
 };
 
@@ -156,13 +157,15 @@ impl<'a> Package<'a> {
     fn inflate(&mut self, part: &str) -> io::Result<Vec<u8>> {
         let entry = self.entries.get(part).ok_or(io::ErrorKind::NotFound)?;
         if entry.is_encrypted {
-            return Err(io::Error::other(
-                "the part is encrypted, which octray does not read",
-            ));
+            let message = "the part is encrypted, which octray does not read";
+            return Err(io::Error::new(ErrorKind::Unsupported, message));
         }
-        let broken = |error| io::Error::other(format!("the part is broken: {error}"));
+        let broken = |why: &dyn fmt::Display| {
+            io::Error::new(ErrorKind::InvalidData, format!("the part is broken: {why}"))
+        };
         let stated = entry.place.uncompressed_size_hint();
-        let found = self.archive.get_entry(entry.place).map_err(broken)?;
+        let found = self.archive.get_entry(entry.place);
+        let found = found.map_err(|error| broken(&error))?;
         let data = found.data();
         let part: &mut dyn Read = match entry.method {
             CompressionMethod::STORE => &mut { data },
@@ -171,30 +174,26 @@ impl<'a> Package<'a> {
                 let method = other
                     .name()
                     .map_or_else(|| format!("method {}", other.as_u16()), str::to_owned);
-                return Err(io::Error::other(format!(
-                    "the part is compressed by {method}, expected DEFLATE"
-                )));
+                let message = format!("the part is compressed by {method}, expected DEFLATE");
+                return Err(io::Error::new(ErrorKind::Unsupported, message));
             }
         };
         // The stated size may be wrong.
         if stated > (data.len() as u64).saturating_add(1).saturating_mul(MAX_RATIO) {
-            return Err(io::Error::other(format!(
-                "the part is broken: {} bytes do not inflate to {}",
-                data.len(),
-                in_bytes(stated)
-            )));
+            let (from, to) = (data.len(), in_bytes(stated));
+            return Err(broken(&format_args!("{from} bytes do not inflate to {to}")));
         }
         if stated > LARGE && stated / MOST_RATIO > data.len() as u64 {
             let [from, to] = [data.len() as u64, stated].map(in_bytes);
-            return Err(io::Error::other(format!(
+            let message = format!(
                 "the part inflates from {from} to {to}, which no model does: expected at most {MOST_RATIO} times"
-            )));
+            );
+            return Err(io::Error::new(ErrorKind::FileTooLarge, message));
         }
         if stated > self.most.saturating_sub(self.read) {
             let most = in_bytes(self.most);
-            return Err(io::Error::other(format!(
-                "the parts have more than {most} in total"
-            )));
+            let message = format!("the parts have more than {most} in total");
+            return Err(io::Error::new(ErrorKind::FileTooLarge, message));
         }
         let mut bytes = Vec::new();
         self.budget.reserve(&mut bytes, stated as usize)?;
@@ -209,7 +208,7 @@ impl<'a> Package<'a> {
             Err(error) => error.to_string().to_lowercase(),
         };
         self.budget.give_back(bytes.capacity());
-        Err(io::Error::other(format!("the part is broken: {error}")))
+        Err(broken(&error))
     }
 
     /// The error of a fault in a part. The part is read again to show the line.
