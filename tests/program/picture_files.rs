@@ -128,6 +128,32 @@ fn albedo_is_encoded_as_its_picture() {
     assert_eq!(albedo("d.albedo.png"), [255, 55, 0]);
 }
 
+/// The horizon is in the picture.
+#[test]
+fn depth_shows_infinite_planes() {
+    let folder = Folder::new();
+    folder.write(
+        "ground.scn",
+        "camera eye 0 0 2 target 0 1 2 fov 60\nmaterial matte\nplane 0 0 0 normal 0 0 1\n",
+    );
+    let run = "ground.scn -o g.png --size 20x301 --quiet --aov depth,mask";
+    folder.run_line(run).succeeded();
+    let [depth, mask] = ["g.depth.png", "g.mask.png"].map(|name| open(&folder, name).to_luma8());
+    assert!(
+        depth
+            .pixels()
+            .zip(mask.pixels())
+            .all(|(depth, mask)| (depth.0[0] > 0) == (mask.0[0] > 0))
+    );
+    assert!(depth.get_pixel(10, 160).0[0] < depth.get_pixel(10, 200).0[0]);
+    assert!(depth.get_pixel(10, 300).0[0] > 150);
+    folder
+        .run_line(&format!("{run} --force --crop 3,140,9,190"))
+        .succeeded();
+    let crop = open(&folder, "g.depth.png").to_luma8();
+    assert_eq!(crop.get_pixel(2, 40), depth.get_pixel(5, 180));
+}
+
 #[test]
 fn transparent_pictures_have_alpha() {
     let folder = Folder::new();
