@@ -129,7 +129,8 @@ impl SeriesArgs {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Comparison")]
 pub struct CompareArgs {
-    /// Compare the rendered picture with this one, and exit with 5 if they differ
+    /// Compare the rendered picture with this one, and exit with 5 if they differ. Pixels with alpha 0 in both are equal; in
+    /// EXR files their colours count
     #[arg(long, value_name = "REFERENCE")]
     pub compare: Option<PathBuf>,
 
