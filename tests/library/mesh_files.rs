@@ -1,6 +1,6 @@
 //! All readers of a mesh agree with each other and, for OBJ, with tobj.
 
-use crate::{long::rounds, random::Random};
+use crate::random::Random;
 use octray::{error::LoadError, format::mesh, scene::TriangleMesh};
 use std::{fmt::Write as _, fs, io, path::Path};
 
@@ -390,7 +390,7 @@ fn compressed_gltf_is_what_was_compressed() {
         // Any byte may be wrong.
         let bits = [1, 0x40, 0xff];
         for at in 0..bytes.len() {
-            for bit in rounds(&bits[at % 3..=at % 3], &bits) {
+            for bit in crate::long::rounds(&bits[at % 3..=at % 3], &bits) {
                 let mut broken = bytes.clone();
                 broken[at] ^= bit;
                 let _ = parse(broken, name);
