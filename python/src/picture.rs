@@ -145,6 +145,9 @@ fn options(
     }
 }
 
+/// Origins and directions, a row each.
+type Rays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f32>>);
+
 /// Returns the origins and directions of the rays through the pixels' centres.
 #[pyfunction]
 pub fn camera_rays<'py>(
@@ -155,7 +158,7 @@ pub fn camera_rays<'py>(
     target: Option<[f64; 3]>,
     up: Option<[f64; 3]>,
     lens: [Option<f64>; 4],
-) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f32>>)> {
+) -> PyResult<Rays<'py>> {
     let (columns, middle) = match &mesh {
         Some(mesh) => {
             let (columns, middle) = copied(py, mesh);

@@ -192,9 +192,9 @@ fn defaults_that_do_not_apply_are_skipped() {
     folder.fails(&["a.obj", SMALL, "--config=c.toml"], 1, "no.hdr");
 }
 
-/// Typed options win over defaults that contradict them, and other errors say where the default is.
+/// Typed options win over defaults that contradict them.
 #[test]
-fn defaults_that_contradict_the_call_are_left_out_or_named() {
+fn defaults_that_contradict_the_call_are_left_out() {
     let folder = Folder::new();
     folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     folder.write("swing.gltf", &swing());
@@ -251,6 +251,13 @@ fn defaults_that_contradict_the_call_are_left_out_or_named() {
         let read = |name| fs::read(folder.path(name)).unwrap();
         assert_eq!(read(found), read(expected), "{default} {with}");
     }
+}
+
+#[test]
+fn errors_say_where_a_default_is_set() {
+    let folder = Folder::new();
+    folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.write("swing.gltf", &swing());
     for (default, line, code, words) in [
         (
             "\nframes = '1-3'\n",

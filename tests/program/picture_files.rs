@@ -4,6 +4,12 @@ use crate::program::Folder;
 use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
 use image::DynamicImage;
 
+/// A square that faces the views of a mesh.
+const FLAT: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+    property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\n\
+    property list uchar int vertex_indices\nend_header\n\
+    -1 0 -1 255 128 0\n1 0 -1 255 128 0\n1 0 1 255 128 0\n-1 0 1 255 128 0\n4 0 1 2 3\n";
+
 fn render(folder: &Folder, name: &str, options: &str) -> DynamicImage {
     let arguments = format!("a.scn --size 60x40 -o {name} {options}");
     folder.run_line(&arguments).succeeded();
@@ -92,6 +98,60 @@ fn srgb_encodes_linear_values() {
         };
         assert!((f64::from(byte) - 255.0 * curve).abs() < 0.51, "{c}: {byte}");
     }
+}
+
+/// A scene is linear by default and a mesh is not, whichever comes first.
+#[test]
+fn albedo_is_encoded_as_its_picture() {
+    let folder = Folder::new();
+    folder.write(
+        "flat.scn",
+        "camera eye 0 -1 0 target 0 0 0\nmaterial matte cd 0.5 0.25 1\nplane 0 0 0 normal 0 1 0\n",
+    );
+    folder.write("b.ply", FLAT);
+    let albedo = |name: &str| open(&folder, name).to_rgb8().get_pixel(4, 4).0;
+    for inputs in ["flat.scn b.ply", "b.ply flat.scn"] {
+        let options = "--size 9x9 --force --quiet --aov albedo";
+        folder
+            .run_line(&format!("{inputs} -o {{stem}}.ppm {options}"))
+            .succeeded();
+        assert_eq!(albedo("flat.albedo.ppm"), [127, 63, 255], "{inputs}");
+        assert_eq!(albedo("b.albedo.ppm"), [255, 128, 0], "{inputs}");
+    }
+    folder
+        .run_line("flat.scn -o c.png --size 9x9 --quiet --aov albedo --srgb")
+        .succeeded();
+    assert_eq!(albedo("c.albedo.png"), [188, 137, 255]);
+    folder
+        .run_line("b.ply -o d.png --size 9x9 --quiet --aov albedo --linear")
+        .succeeded();
+    assert_eq!(albedo("d.albedo.png"), [255, 55, 0]);
+}
+
+/// The horizon is in the picture.
+#[test]
+fn depth_shows_infinite_planes() {
+    let folder = Folder::new();
+    folder.write(
+        "ground.scn",
+        "camera eye 0 0 2 target 0 1 2 fov 60\nmaterial matte\nplane 0 0 0 normal 0 0 1\n",
+    );
+    let run = "ground.scn -o g.png --size 20x301 --quiet --aov depth,mask";
+    folder.run_line(run).succeeded();
+    let [depth, mask] = ["g.depth.png", "g.mask.png"].map(|name| open(&folder, name).to_luma8());
+    assert!(
+        depth
+            .pixels()
+            .zip(mask.pixels())
+            .all(|(depth, mask)| (depth.0[0] > 0) == (mask.0[0] > 0))
+    );
+    assert!(depth.get_pixel(10, 160).0[0] < depth.get_pixel(10, 200).0[0]);
+    assert!(depth.get_pixel(10, 300).0[0] > 150);
+    folder
+        .run_line(&format!("{run} --force --crop 3,140,9,190"))
+        .succeeded();
+    let crop = open(&folder, "g.depth.png").to_luma8();
+    assert_eq!(crop.get_pixel(2, 40), depth.get_pixel(5, 180));
 }
 
 #[test]

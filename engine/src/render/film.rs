@@ -174,14 +174,25 @@ impl Film {
 
 impl Film<[f32; 4]> {
     /// Converts to 8 bits per channel, row by row, on the current rayon pool: straight colours, as PNG has them, and
-    /// trunc(255 x alpha).
+    /// trunc(255 x alpha). Where alpha is between 0 and 1, a colour may be 2^-18 of itself short of the next level: sums of
+    /// samples are that wrong.
     #[must_use]
     pub fn to_bytes(&self, transfer: Transfer) -> Vec<u8> {
         in_parallel(&self.pixels, |[r, g, b, alpha]: [f32; 4]| {
-            let divisor = if alpha > 0.0 { alpha } else { 1.0 };
-            let [r, g, b] = transfer.encode([r / divisor, g / divisor, b / divisor]);
+            let [r, g, b] = transfer.encode(straight([r, g, b], alpha));
             [r, g, b, quantize(alpha)]
         })
+    }
+}
+
+/// The colour of what covers a pixel by that alpha.
+fn straight(rgb: [f32; 3], alpha: f32) -> [f32; 3] {
+    if alpha > 0.0 && alpha < 1.0 {
+        rgb.map(|c| c / alpha * (1.0 + 32.0 * f32::EPSILON))
+    } else if alpha > 1.0 {
+        rgb.map(|c| c / alpha)
+    } else {
+        rgb
     }
 }
 

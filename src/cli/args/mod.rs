@@ -90,7 +90,10 @@ enum Command {
 /// The definition of all commands and options.
 pub fn definition() -> clap::Command {
     let hidden = |job: clap::Command, id: &&'static str| job.mut_arg(*id, |option| option.hide(true));
-    Cli::command().mut_subcommand("job", |job| job::IGNORED_DEFAULTS.iter().fold(job, hidden))
+    Cli::command().mut_subcommands(|command| match command.get_name() {
+        "job" => job::IGNORED_DEFAULTS.iter().fold(command, hidden),
+        _ => command,
+    })
 }
 
 /// The plan of a command line; `None` if clap has shown help or the version instead.

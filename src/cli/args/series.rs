@@ -59,7 +59,7 @@ pub struct SeriesArgs {
     #[arg(long, value_name = "A-B", value_parser = values::frames)]
     pub frames: Option<FrameRange>,
 
-    /// Frames per second of an animation [default: 25]
+    /// Frames per second of an animation; above 50, browsers play a .gif at 10, but .apng as asked [default: 25]
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FPS }>)]
     pub fps: Option<u32>,
 }
@@ -144,7 +144,8 @@ impl SeriesArgs {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Comparison")]
 pub struct CompareArgs {
-    /// Compare the rendered picture with this one, and exit with 5 if they differ
+    /// Compare the rendered picture with this one, and exit with 5 if they differ. Pixels with alpha 0 in both are equal; in
+    /// EXR files their colours count
     #[arg(long, value_name = "REFERENCE")]
     pub compare: Option<PathBuf>,
 

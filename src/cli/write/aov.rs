@@ -11,7 +11,7 @@ use crate::{
     math::Aabb,
     ray::{InstanceId, PrimitiveId},
     render::{Aov, Aovs, ByteFilm, Settings, Transfer, nearest_byte, quantize},
-    scene::{Camera, Projection, Scene},
+    scene::{Camera, Plane, Projection, Scene},
 };
 use glam::Vec3;
 use serde::Serialize;
@@ -58,8 +58,9 @@ impl AovKind {
     }
 }
 
-/// The depths that are shown as white and as black: the nearest and farthest points of the scene's bounds. The
-/// scale between is logarithmic, so small things on a wide ground stay visible.
+/// The depths that are shown as white and as black: the nearest and farthest points of the scene's bounds, and of infinite
+/// planes the eye's distance from each and [`PLANE_REACH`] times that. It does not depend on what a picture shows of them,
+/// so crops fit together. The scale between is logarithmic, so small things on a wide ground stay visible.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DepthRange {
     pub white: f32,
@@ -71,9 +72,42 @@ impl DepthRange {
     pub fn of(scene: &Scene, camera: &Camera) -> Self {
         let view = camera.view();
         let (bounds, eye) = (scene.bounds(), (view.eye - scene.offset()).as_vec3());
+        let to_plane = |plane: &Plane| (plane.point - eye).dot(plane.normal).abs();
+        let planes = scene.planes().iter().map(to_plane);
+        let is_empty = bounds.lower.cmpgt(bounds.upper).any();
         match view.projection {
-            Projection::Perspective { .. } => Self::from(bounds, eye),
-            Projection::Orthographic { .. } => Self::along(bounds, eye, camera.forward()),
+            _ if is_empty => Self::nothing().with_planes(planes),
+            Projection::Perspective { .. } => Self::from(bounds, eye).with_planes(planes),
+            Projection::Orthographic { .. } => Self::along(bounds, eye, camera.forward()).with_planes(planes),
+        }
+    }
+
+    /// That of no primitives.
+    fn nothing() -> Self {
+        Self {
+            white: f32::INFINITY,
+            black: 0.0,
+        }
+    }
+
+    /// With planes at these distances from the eye. A plane through the eye is seen as nothing.
+    fn with_planes(self, distances: impl Iterator<Item = f32>) -> Self {
+        let (mut nearest, mut farthest) = (f32::INFINITY, 0.0_f32);
+        for distance in distances.filter(|distance| *distance > 0.0) {
+            nearest = nearest.min(distance);
+            farthest = farthest.max(distance);
+        }
+        let range = Self {
+            white: self.white.min(nearest).max(self.black.max(farthest) * NEAREST),
+            black: self.black.max((farthest * PLANE_REACH).min(f32::MAX)),
+        };
+        if range.white < range.black || self.black > 0.0 {
+            range
+        } else {
+            Self {
+                white: 0.0,
+                black: 1.0,
+            }
         }
     }
 
@@ -87,12 +121,6 @@ impl DepthRange {
     }
 
     fn from(bounds: Aabb, eye: Vec3) -> Self {
-        if bounds.lower.cmpgt(bounds.upper).any() {
-            return Self {
-                white: 0.0,
-                black: 1.0,
-            };
-        }
         let nearest = eye.clamp(bounds.lower, bounds.upper);
         let farthest = (bounds.lower - eye).abs().max((bounds.upper - eye).abs());
         let black = farthest.length();
@@ -102,14 +130,18 @@ impl DepthRange {
         }
     }
 
+    /// At least 1: 0 is for what hits nothing.
     fn gray(self, depth: f32) -> u8 {
         let [white, black, depth] = [self.white, self.black, depth].map(|t| libm::log(f64::from(t)));
-        quantize(((black - depth) / (black - white).max(f64::MIN_POSITIVE)) as f32)
+        quantize(((black - depth) / (black - white).max(f64::MIN_POSITIVE)) as f32).max(1)
     }
 }
 
 /// White starts at this share of the farthest distance at least: the eye may be inside the bounds.
 const NEAREST: f32 = 1e-4;
+
+/// A plane is black from this multiple of its distance: over a ground, half a degree below the horizon.
+const PLANE_REACH: f32 = 100.0;
 
 /// A colour for an id of a primitive and of its instance; neighbouring ids get different ones.
 fn id_color(PrimitiveId(id): PrimitiveId, InstanceId(instance): InstanceId) -> [u8; 3] {

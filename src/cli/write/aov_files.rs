@@ -13,7 +13,7 @@ use crate::{
         report::AovReport,
     },
     error::clip_path,
-    render::{Aovs, OnProgress, RenderError, Renderer, Settings, Transfer},
+    render::{Aovs, OnProgress, RenderError, Renderer, Settings},
     scene::{Camera, Scene},
 };
 
@@ -23,8 +23,6 @@ pub struct AovFiles {
     asked: Vec<AovKind>,
     /// A file for each AOV; none if the picture's own file holds them all.
     files: Vec<Output>,
-    /// How albedo becomes bytes.
-    transfer: Transfer,
     /// Units of a step of depth.
     z_step: f64,
 }
@@ -75,7 +73,6 @@ impl AovFiles {
         Ok(Self {
             asked,
             files,
-            transfer: options.transfer,
             z_step: options.z_step,
         })
     }
@@ -85,7 +82,6 @@ impl AovFiles {
         Self {
             asked: Vec::new(),
             files: Vec::new(),
-            transfer: Transfer::Linear,
             z_step: Z_STEP,
         }
     }
@@ -128,7 +124,7 @@ impl AovFiles {
         Ok(Some(RenderedAovs { aovs, range, axis }))
     }
 
-    /// Writes the AOVs to their files, or adds them to an EXR picture.
+    /// Writes the AOVs to their files, or adds them to an EXR picture. Albedo becomes bytes as the picture's colours do.
     ///
     /// # Errors
     /// As [`Output::write`].
@@ -148,7 +144,7 @@ impl AovFiles {
             let mut own = Picture::from(if which.is_exact() {
                 aov::exact(aovs, which, *axis, self.z_step)
             } else {
-                Pixels::Bytes(aov::picture(aovs, which, *range, self.transfer))
+                Pixels::Bytes(aov::picture(aovs, which, *range, picture.transfer))
             });
             own.place = picture.place;
             file.write(&mut own)?;

@@ -89,7 +89,7 @@ impl Comparison {
             && !matches!(picture.pixels, Pixels::Bytes(_));
         let reference = Reference::new(reference);
         let ours = Ours::new(picture, floats);
-        let levels = |i| distances(ours.levels(i), reference.levels(i, floats));
+        let levels = |i| seen_distances(ours.levels(i), reference.levels(i, floats), floats);
         let figures = Figures::new((self.width, self.height), self.tolerance, levels);
         let agrees = figures.differing as f64 <= self.allow_pixels * figures.pixels as f64;
         let mut shown = (!agrees).then(|| self.difference(figures.largest, levels));
@@ -223,6 +223,16 @@ fn level(channel: f32, floats: bool) -> f32 {
         255.0 * channel
     } else {
         f32::from(quantize(channel))
+    }
+}
+
+/// [`distances`]; none if neither pixel shows anything. The colours of floats count without alpha, too: they are premultiplied,
+/// so programs add them.
+fn seen_distances(a: [f32; 4], b: [f32; 4], floats: bool) -> [f32; 4] {
+    if !floats && a[3] == 0.0 && b[3] == 0.0 {
+        [0.0; 4]
+    } else {
+        distances(a, b)
     }
 }
 

@@ -28,7 +28,7 @@ use tiff::{
         TiffEncoder,
         colortype::{ColorType, RGB8, RGBA8},
     },
-    tags::Tag,
+    tags::{ExtraSamples, Tag},
 };
 
 /// High enough to keep smooth shading free of visible blocks.
@@ -254,7 +254,8 @@ fn failed(error: &ImageError) -> CliError {
     CliError::Failed(format!("cannot encode the picture: {error}"))
 }
 
-/// The image crate's encoder does not write the tag `Software`.
+/// The image crate's encoder writes neither the tag `Software` nor what alpha means. What follows texts and pixels of an odd
+/// length is padded, since the directory and the values of tags have to begin at even offsets.
 fn write_tiff<C: ColorType<Inner = u8>>(
     to: &mut Cursor<Vec<u8>>,
     [width, height]: [u32; 2],
@@ -263,7 +264,23 @@ fn write_tiff<C: ColorType<Inner = u8>>(
     let mut encoder = TiffEncoder::new(to)?;
     let mut image = encoder.new_image::<C>(width, height)?;
     image.encoder().write_tag(Tag::Software, SOFTWARE)?;
-    image.write_data(bytes)
+    // The text and its 0 have 7 bytes.
+    image.encoder().write_data(0_u8)?;
+    if C::BITS_PER_SAMPLE.len() == 4 {
+        let alpha = ExtraSamples::UnassociatedAlpha.to_u16();
+        image.encoder().write_tag(Tag::ExtraSamples, alpha)?;
+    }
+    let mut rest = bytes;
+    while let strip @ 1.. = image.next_strip_sample_count() as usize
+        && let Some((pixels, others)) = rest.split_at_checked(strip)
+    {
+        image.write_strip(pixels)?;
+        rest = others;
+    }
+    if bytes.len() % 2 == 1 {
+        image.encoder().write_data(0_u8)?;
+    }
+    image.finish()
 }
 
 fn tiff_error(error: tiff::TiffError) -> ImageError {
@@ -276,3 +293,6 @@ fn exr_error(error: exr::error::Error) -> ImageError {
     let format = ImageFormatHint::Exact(ImageFormat::OpenExr);
     ImageError::Encoding(EncodingError::new(format, error))
 }
+
+#[cfg(test)]
+mod tests;

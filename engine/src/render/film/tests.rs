@@ -28,3 +28,29 @@ fn lanes_become_pixels_in_their_order() {
     let bytes: Vec<u8> = (0..3 * LANES as u8).collect();
     assert_eq!(lanes.as_flattened(), bytes);
 }
+
+/// Of samples that show one colour, and of samples that hit nothing.
+#[test]
+fn half_covered_pixels_keep_their_level() {
+    for samples in [2, 3, 4, 7, 16, 49, 256] {
+        for covered in 1..samples {
+            for level in 0..=255_u8 {
+                let color = f32::from(level) / 255.0;
+                let sum = |c: f32| (0..covered).fold(0.0, |sum: f32, _| sum + c) / samples as f32;
+                let mut film = Film::<[f32; 4]>::black(1, 1);
+                film.pixels_mut()[0] = [sum(color), 0.0, 0.0, sum(1.0)];
+                let bytes = film.to_bytes(Transfer::Linear);
+                assert_eq!(bytes[0], level, "{covered} of {samples}");
+            }
+        }
+    }
+    let bytes = |pixel| {
+        let mut film = Film::<[f32; 4]>::black(1, 1);
+        film.pixels_mut()[0] = pixel;
+        film.to_bytes(Transfer::Linear)
+    };
+    assert_eq!(bytes([0.5, 0.2, 0.0, 0.0]), [127, 51, 0, 0]);
+    assert_eq!(bytes([50.9999 / 255.0, 0.2, 0.0, 1.0]), [50, 51, 0, 255]);
+    assert_eq!(bytes([25.4999 / 255.0, 0.9, -1.0, 0.5]), [50, 255, 0, 127]);
+    assert_eq!(bytes([f32::NAN, 1e30, 0.0, 0.5])[1], 255);
+}

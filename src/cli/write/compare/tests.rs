@@ -20,3 +20,12 @@ fn nan_differs() {
     let figures = Figures::new((1, 1), 255.0, |_| distances([f32::NAN; 4], [0.0; 4]));
     assert_eq!(figures.differing, 1);
 }
+
+#[test]
+fn hidden_colours_are_equal() {
+    let (white, black) = ([255.0, 255.0, 255.0, 0.0], [0.0; 4]);
+    assert_eq!(seen_distances(white, black, false), [0.0; 4]);
+    let faint = [0.0, 0.0, 0.0, 1.0];
+    assert_eq!(seen_distances(white, faint, false), [255.0, 255.0, 255.0, 1.0]);
+    assert_eq!(seen_distances(white, black, true), distances(white, black));
+}
