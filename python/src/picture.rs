@@ -14,7 +14,7 @@ use octray::{
     error::LoadErrorKind,
     glam::DVec3,
     query::CameraRays,
-    scene::{Projection, TriangleMesh},
+    scene::{Projection, TriangleMesh, View},
 };
 use pyo3::{
     exceptions::{PyFileNotFoundError, PyMemoryError, PyValueError},
@@ -123,20 +123,29 @@ fn options(
     [fov, ortho, aperture, focus]: [Option<f64>; 4],
     middle: DVec3,
 ) -> CameraOptions {
+    // Classic viewpoints are near 0, wherever the mesh is.
+    let classic = match camera {
+        Some(Camera::Number(number)) if middle != DVec3::ZERO => View::classic(number),
+        _ => None,
+    };
     CameraOptions {
-        start: match camera {
-            None => StartView::Default,
-            Some(Camera::Number(number)) => StartView::Classic(number),
-            Some(Camera::Name(name)) => StartView::Named(name),
-            Some(Camera::Eye(eye)) => StartView::Eye(DVec3::from(eye) - middle),
-            Some(Camera::Side([azimuth, elevation])) => StartView::Side(Side { azimuth, elevation }),
+        start: match (camera, classic) {
+            (_, Some(view)) => StartView::Eye(view.eye - middle),
+            (None, _) => StartView::Default,
+            (Some(Camera::Number(number)), _) => StartView::Classic(number),
+            (Some(Camera::Name(name)), _) => StartView::Named(name),
+            (Some(Camera::Eye(eye)), _) => StartView::Eye(DVec3::from(eye) - middle),
+            (Some(Camera::Side([azimuth, elevation])), _) => StartView::Side(Side { azimuth, elevation }),
         },
-        target: target.map(|target| DVec3::from(target) - middle),
-        up: up.map(DVec3::from),
+        target: target
+            .map(DVec3::from)
+            .or(classic.map(|view| view.target))
+            .map(|target| target - middle),
+        up: up.map(DVec3::from).or(classic.map(|view| view.up)),
         projection: match (fov, ortho) {
             (_, Some(height)) => Some(Projection::Orthographic { height }),
             (Some(fov_degrees), None) => Some(Projection::Perspective { fov_degrees }),
-            (None, None) => None,
+            (None, None) => classic.map(|view| view.projection),
         },
         fits_ortho: false,
         aperture,
@@ -164,7 +173,11 @@ pub fn camera_rays<'py>(
             let (columns, middle) = copied(py, mesh);
             (Some(columns), middle)
         }
-        None => (None, DVec3::ZERO),
+        // Origins are rounded around the eye.
+        None => match &camera {
+            Some(Camera::Eye(eye)) => (None, DVec3::from(*eye)),
+            _ => (None, DVec3::ZERO),
+        },
     };
     let view = options(camera, target, up, lens, middle);
     let pool = match &mesh {

@@ -217,7 +217,7 @@ def test_camera_rays_without_a_mesh():
     mesh = octray.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     for camera in (3, {"eye": (1, 2, 3), "target": (0, 0, 0)}, {"eye": (1, 2, 3), "target": (0, 0, 0), "ortho": 2}):
         for one, other in zip(octray.camera_rays(camera, (7, 5)), octray.camera_rays(camera, (7, 5), mesh)):
-            assert np.array_equal(one, other)
+            assert np.abs(one - other).max() < 1e-6
     origins, directions = octray.camera_rays({"eye": (1e6, 2, 3.1), "target": (1e6, 0, 3.1)}, (1, 1))
     assert origins.tolist() == [[1e6, 2, 3.1]] and np.allclose(directions, [[0, -1, 0]])
 
@@ -245,3 +245,17 @@ def test_camera_rays_without_a_mesh():
 def test_camera_rays_refuse(arguments, message):
     with pytest.raises(ValueError, match=message):
         octray.camera_rays(*arguments)
+
+
+def test_camera_rays_far_from_zero_need_no_mesh():
+    middle = np.array([4e5, 5e6, 100.0])
+    mesh = octray.Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]) + middle, [[0, 1, 2], [0, 1, 3]])
+    camera = {"eye": middle + (1, -3, 2), "target": middle, "ortho": 2}
+    for size in [(5, 4), (1, 1)]:
+        for found, expected in zip(
+            octray.camera_rays(camera, size), octray.camera_rays(camera, size, mesh), strict=True
+        ):
+            assert np.abs(found - expected).max() < 1e-6
+    # A viewpoint is where it is, whatever the mesh.
+    for found, expected in zip(octray.camera_rays(3, (5, 4)), octray.camera_rays(3, (5, 4), mesh), strict=True):
+        assert np.abs(found - expected).max() < 1e-6

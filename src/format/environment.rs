@@ -48,7 +48,7 @@ mod decoding {
         format::{
             budget::Budget,
             reason::Reason,
-            textures::decoding::{DECODER_BYTES, HEADER_BYTES, limits, sentence},
+            textures::decoding::{DECODER_BYTES, HEADER_BYTES, limits, reason},
         },
         scene::{EnvironmentPicture, MAX_ENVIRONMENT_SIDE},
     };
@@ -84,7 +84,7 @@ mod decoding {
         } else {
             let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
             reader.limits(limits(HEADER_BYTES));
-            let decoder = reader.into_decoder().map_err(|error| sentence(&error))?;
+            let decoder = reader.into_decoder().map_err(|error| reason(&error))?;
             (decoder.dimensions().into(), decoder.total_bytes())
         };
         let [width, height] = size;
@@ -105,7 +105,7 @@ mod decoding {
         }
         let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
         reader.limits(limits(needed));
-        let decoded = reader.decode().map_err(|error| sentence(&error))?;
+        let decoded = reader.decode().map_err(|error| reason(&error))?;
         let floats = decoded.into_rgb32f().into_raw();
         let texels = bytemuck::allocation::try_cast_vec(floats);
         let texels = texels.map_err(|_| Reason::limit("it does not fit into memory".to_owned()))?;

@@ -13,34 +13,40 @@ pub struct ConfigDefault {
     pub at: SourcePos,
 }
 
+/// Messages that name no option, and the options that they may be about.
+const UNNAMED: [(&str, &[&str]); 3] = [
+    ("there is no animation in", &["animation", "animation_time"]),
+    ("there is no animation", &["animation"]),
+    ("several frames", &["turntable", "poses", "frames"]),
+];
+
 /// The error, and where the file sets the option that it is about.
 pub fn explained(error: CliError, defaults: &[ConfigDefault]) -> CliError {
     let note = |text: &str| {
-        let of = |default: &ConfigDefault| {
-            let at = position(text, &default.name)?;
-            Some((at, format!("; --{} is set in {}", default.name, default.at)))
-        };
         // The first option that a message names is the one that it is about.
-        defaults.iter().filter_map(of).min_by_key(|(at, _)| *at)
+        let named = |default: &ConfigDefault| Some((position(text, &default.name)?, default.clone()));
+        let named = defaults.iter().filter_map(named).min_by_key(|(at, _)| *at);
+        let unnamed = || {
+            let (_, options) = UNNAMED.iter().find(|(start, _)| text.starts_with(start))?;
+            let default = defaults
+                .iter()
+                .find(|default| options.contains(&default.id.as_str()));
+            default.cloned()
+        };
+        let default = named.map(|(_, default)| default).or_else(unnamed)?;
+        Some(format!("; --{} is set in {}", default.name, default.at))
     };
     let with_note = |text: String| match note(&text) {
-        Some((_, note)) => text + &note,
+        Some(note) => text + &note,
         None => text,
     };
     match error {
         CliError::Usage(text) => CliError::Usage(with_note(text)),
         CliError::Failed(text) => CliError::Failed(with_note(text)),
-        CliError::Load(error) => {
-            // The reader of the file does not know the options.
-            let is_animation = |default: &&ConfigDefault| default.id.starts_with("animation");
-            let is_missing = error.message.starts_with("there is no animation");
-            match defaults.iter().find(is_animation).filter(|_| is_missing) {
-                Some(ConfigDefault { name, at, .. }) => {
-                    CliError::Failed(format!("{}; --{name} is set in {at}", error.report()))
-                }
-                None => CliError::Load(error),
-            }
-        }
+        CliError::Load(error) => match note(&error.message) {
+            Some(note) => CliError::Failed(error.report() + &note),
+            None => CliError::Load(error),
+        },
         error => error,
     }
 }
@@ -76,7 +82,18 @@ mod tests {
             said("--frames: too many, or --focus"),
             "--frames: too many, or --focus; --frames is set in c.toml:2:1"
         );
+        let turned = explained(
+            CliError::Usage("several frames would be written to a.png".into()),
+            &defaults,
+        );
+        assert!(
+            turned
+                .text()
+                .unwrap()
+                .ends_with("; --frames is set in c.toml:2:1")
+        );
         for other in [
+            "there is no animation `a`",
             "--frames-per-second: no",
             "--animation needs a file",
             "frames",

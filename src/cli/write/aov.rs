@@ -72,7 +72,17 @@ impl DepthRange {
     pub fn of(scene: &Scene, camera: &Camera) -> Self {
         let view = camera.view();
         let (bounds, eye) = (scene.bounds(), (view.eye - scene.offset()).as_vec3());
-        let to_plane = |plane: &Plane| (plane.point - eye).dot(plane.normal).abs();
+        let to_plane = |plane: &Plane| {
+            let apart = (plane.point - eye).dot(plane.normal);
+            match view.projection {
+                Projection::Perspective { .. } => [apart.abs(); 2],
+                // What is seen of it begins before the middle of the picture, or behind.
+                Projection::Orthographic { height } => {
+                    let (height, middle) = (height as f32, apart / camera.forward().dot(plane.normal));
+                    [middle.max(height / PLANE_REACH), middle.max(0.0) + height]
+                }
+            }
+        };
         let planes = scene.planes().iter().map(to_plane);
         let is_empty = bounds.lower.cmpgt(bounds.upper).any();
         match view.projection {
@@ -90,12 +100,12 @@ impl DepthRange {
         }
     }
 
-    /// With planes at these distances from the eye. A plane through the eye is seen as nothing.
-    fn with_planes(self, distances: impl Iterator<Item = f32>) -> Self {
+    /// With the nearest and farthest distances of planes. A plane through the eye, or along parallel rays, is seen as nothing.
+    fn with_planes(self, distances: impl Iterator<Item = [f32; 2]>) -> Self {
         let (mut nearest, mut farthest) = (f32::INFINITY, 0.0_f32);
-        for distance in distances.filter(|distance| *distance > 0.0) {
-            nearest = nearest.min(distance);
-            farthest = farthest.max(distance);
+        for [near, far] in distances.filter(|[near, far]| *near > 0.0 && far.is_finite()) {
+            nearest = nearest.min(near);
+            farthest = farthest.max(far);
         }
         let range = Self {
             white: self.white.min(nearest).max(self.black.max(farthest) * NEAREST),

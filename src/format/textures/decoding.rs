@@ -3,6 +3,7 @@
 use super::{Budget, Content, Encoded, Image, Made, heights};
 use crate::{
     error::{decoder_reason, in_bytes},
+    format::reason::Reason,
     scene::MAX_IMAGE_SIDE,
 };
 use image::{
@@ -211,4 +212,13 @@ pub(in crate::format) fn limits(bytes: u64) -> Limits {
 
 pub(in crate::format) fn sentence(error: &ImageError) -> String {
     decoder_reason(&error.to_string())
+}
+
+pub(in crate::format) fn reason(error: &ImageError) -> Reason {
+    let message = sentence(error);
+    match error {
+        ImageError::Limits(_) => Reason::limit(message),
+        ImageError::Unsupported(_) => Reason::unsupported(message),
+        _ => message.into(),
+    }
 }

@@ -11,7 +11,7 @@ mod engines;
 use crate::{
     cli::{
         CliError,
-        plan::{Frame, InputKind, Job, JobPlan, aov_path, has_number, is_for_meshes, of_frame, stem},
+        plan::{FOCUS, Frame, InputKind, Job, JobPlan, aov_path, has_number, is_for_meshes, of_frame, stem},
         report,
         write::AovKind,
     },
@@ -318,6 +318,8 @@ fn render(options: &[String], job: &Job) -> Result<String, CliError> {
         _ if input.kind == InputKind::Scene && is_for_meshes(option) => false,
         Some("--environment" | "--environment-rotate") => input.mesh.environment.is_some(),
         Some("--animation" | "--animation-time") => input.mesh.moment.is_some(),
+        // Without a lens there is nothing to focus.
+        Some("--focus") => input.camera.aperture.is_some() || !input.camera.defaults.contains(&FOCUS),
         Some("--ortho") => input.camera.fits_ortho || *option != "--ortho=fit",
         _ => true,
     };

@@ -24,17 +24,21 @@ fn planes_widen_the_range() {
     let range = |white, black| DepthRange { white, black };
     let scene = range(3.0, 20.0);
     assert_eq!(scene.with_planes([].into_iter()), scene);
-    assert_eq!(scene.with_planes([2.0].into_iter()), range(2.0, 200.0));
-    assert_eq!(scene.with_planes([0.1, 5.0].into_iter()), range(0.1, 500.0));
-    assert_eq!(scene.with_planes([0.0].into_iter()), scene);
+    assert_eq!(scene.with_planes([[2.0; 2]].into_iter()), range(2.0, 200.0));
+    assert_eq!(
+        scene.with_planes([[0.1; 2], [5.0; 2]].into_iter()),
+        range(0.1, 500.0)
+    );
+    assert_eq!(scene.with_planes([[0.0; 2]].into_iter()), scene);
     let nothing = DepthRange::nothing();
-    assert_eq!(nothing.with_planes([2.0].into_iter()), range(2.0, 200.0));
-    for without in [&[][..], &[0.0]] {
+    assert_eq!(nothing.with_planes([[2.0; 2]].into_iter()), range(2.0, 200.0));
+    for without in [&[][..], &[[0.0; 2]], &[[1.0, f32::INFINITY]]] {
         assert_eq!(nothing.with_planes(without.iter().copied()), range(0.0, 1.0));
     }
-    let ground = nothing.with_planes([2.0].into_iter());
+    assert_eq!(nothing.with_planes([[0.02, 2.0]].into_iter()), range(0.02, 200.0));
+    let ground = nothing.with_planes([[2.0; 2]].into_iter());
     let grays = [0.0, 2.0, 20.0, 199.0, 200.0, 1e30, f32::INFINITY].map(|depth| ground.gray(depth));
     assert_eq!(grays, [255, 255, 127, 1, 1, 1, 1]);
-    let wide = nothing.with_planes([f32::MAX].into_iter());
+    let wide = nothing.with_planes([[f32::MAX; 2]].into_iter());
     assert!(wide.black.is_finite() && wide.gray(f32::MAX) > 0);
 }
