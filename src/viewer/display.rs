@@ -35,8 +35,8 @@ enum Answer {
     None,
 }
 
-/// Chooses. A compositor that is named need not answer: so it is under xvfb-run, after `ssh -X`, in a tmux that is older than
-/// the session, and if it hangs. winit takes Wayland if it is named, connects only once in a process, and waits forever.
+/// Chooses. A compositor may be named and not answer: under xvfb-run, after `ssh -X`, in a tmux that is older than the session,
+/// or because it hangs. winit takes Wayland if it is named, connects only once in a process, and waits forever.
 pub(super) fn choice() -> Choice {
     let set = |name| env::var_os(name).filter(|value| !value.is_empty());
     let runtime = env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from);

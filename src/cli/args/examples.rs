@@ -40,7 +40,7 @@ this CPU. Pictures are the same with all of them.
 
 Exit codes: 0 success; 1 failure (the input, the disk, a limit); 2 usage error; ",
     with_window!("3 no display; "),
-    "5 a comparison or verification differs; SIGINT, SIGTERM and SIGHUP end octray themselves, which shells show \
+    "5 a comparison or verification differs. SIGINT, SIGTERM and SIGHUP end octray themselves, which shells show \
 as 130, 143 and 129."
 );
 

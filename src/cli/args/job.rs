@@ -74,7 +74,7 @@ impl JobArgs {
         ];
         if let Some((option, _)) = refused.iter().find(|(_, is_given)| *is_given) {
             return Err(CliError::Usage(format!(
-                "{option} cannot be used with octray job: it renders nothing itself, and each task a part"
+                "{option} cannot be used with octray job: it renders nothing itself, and each task renders a part"
             )));
         }
         let inputs = render.scenes.iter().chain(&render.output);

@@ -17,8 +17,8 @@ use std::path::{Path, PathBuf};
 pub(super) const FPS: u32 = 25;
 
 /// What an animation from standard input needs.
-pub(super) const FRAMES_OF_STANDARD_INPUT: &str = "the frames of standard input are not known before it is read: give --frames A-B for a scene, or name the file of a mesh \
-     that moves";
+pub(super) const FRAMES_OF_STANDARD_INPUT: &str = "the frames of standard input are not known before it is read: give \
+                                                   --frames A-B for a scene, or name the file of a mesh that moves";
 
 /// Which pictures are made.
 #[derive(Args, Debug)]
@@ -59,7 +59,7 @@ pub struct SeriesArgs {
     #[arg(long, value_name = "A-B", value_parser = values::frames)]
     pub frames: Option<FrameRange>,
 
-    /// Frames per second of an animation; above 50, browsers play a .gif at 10, but .apng as asked [default: 25]
+    /// Frames per second of an animation; above 50, browsers slow a .gif down, but no .apng [default: 25]
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FPS }>)]
     pub fps: Option<u32>,
 }

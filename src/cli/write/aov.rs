@@ -76,7 +76,7 @@ impl DepthRange {
             let apart = (plane.point - eye).dot(plane.normal);
             match view.projection {
                 Projection::Perspective { .. } => [apart.abs(); 2],
-                // What is seen of it begins before the middle of the picture, or behind.
+                // It may be nearer than in the middle of the picture, or only be seen away from it.
                 Projection::Orthographic { height } => {
                     let (height, middle) = (height as f32, apart / camera.forward().dot(plane.normal));
                     [middle.max(height / PLANE_REACH), middle.max(0.0) + height]

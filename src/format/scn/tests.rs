@@ -210,10 +210,7 @@ fn meshes() {
         "1:10: cannot load dir/bad.ply\n  \
          caused by: dir/bad.ply:13:1: vertex index 9, but the file has only 3 vertices"
     );
-    assert!(
-        fault("ply_file other.scn")
-            .starts_with("1:1: `ply_file` reads meshes, expected `include` for scenes")
-    );
+    assert!(fault("ply_file other.scn").contains("expected `include` for scenes"));
     assert_eq!(fault(b"ply_file \xff"), "1:10: path `\\xff` is not valid UTF-8");
 }
 
