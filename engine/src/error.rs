@@ -421,11 +421,9 @@ impl fmt::Display for LoadError {
     }
 }
 
-impl std::error::Error for LoadError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        self.cause.as_deref().map(|cause| cause as _)
-    }
-}
+/// [`Display`](fmt::Display) shows the causes, so there is no [`source`](std::error::Error::source): programs that print both
+/// would show them twice.
+impl std::error::Error for LoadError {}
 
 #[cfg(test)]
 mod tests;

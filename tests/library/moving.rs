@@ -8,7 +8,10 @@ use octray::{
     error::LoadError,
     format::load_from_bytes,
     render::{Film, Mode, Settings, render},
-    scene::{CameraMotion, Lens, Motion, Projection, Scene, Step, Transform, View},
+    scene::{
+        CameraError, CameraMotion, Lens, MAX_KEYFRAMES, MaterialId, Motion, Projection, Scene, SceneBuilder,
+        Step, Transform, View,
+    },
 };
 use std::{ops::ControlFlow, path::Path};
 
@@ -282,6 +285,35 @@ fn keyframes_count_though_nothing_is_there_to_move() {
 }
 
 /// The keyframe that opens the lens need not be the first with a focus.
+#[test]
+fn what_is_refused_leaves_no_keyframes() {
+    let mut builder = SceneBuilder::new();
+    let prototype = builder.add_prototype(|builder| builder.add_sphere(glam::Vec3::ZERO, 1.0, MaterialId(1)));
+    let prototype = prototype.expect("a prototype");
+    let far = motion(&[
+        (1.0, Step::Translate(DVec3::ZERO)),
+        (100.0, Step::Translate(DVec3::X * 1e12)),
+    ]);
+    let many = |count: usize| {
+        let times = 1..=count;
+        motion(
+            &times
+                .map(|time| (time as f64, Step::Translate(DVec3::X)))
+                .collect::<Vec<_>>(),
+        )
+    };
+    let mut add = |motion| builder.add_moving_instance(prototype, &Transform::IDENTITY, motion);
+    add(far).expect_err("too far away");
+    add(many(MAX_KEYFRAMES - 1)).expect("as many as fit but one");
+    add(many(2)).expect_err("too many");
+    add(many(1)).expect("the last one");
+    let scene = builder.finish();
+    assert_eq!(scene.keyframe_count(), MAX_KEYFRAMES);
+    assert_eq!(scene.frame_count() as usize, MAX_KEYFRAMES - 1);
+    let none = CameraMotion::default().at(1.0).expect_err("no camera");
+    assert_eq!(none, CameraError::NoKeyframes);
+}
+
 #[test]
 fn a_lens_that_opens_has_a_focus_in_all_keyframes() {
     let text = |more: &str| format!("camera eye 1 0 0 target 0 0 0\n at 1 focus 5\n at 9 focus 4{more}\n");

@@ -190,7 +190,9 @@ fn tiles_that_do_not_fit_are_refused() {
     tile("soft.png", "--crop 30,0,61,43 --samples 4");
     tile("auto.png", "--crop 30,0,61,43 --samples auto:4");
     tile("alpha.png", "--crop 30,0,61,43 --background transparent");
+    tile("other.png", "--crop 20,0,61,43 --view 2");
     tile("srgb.png", "--crop 20,0,61,43 --srgb");
+    tile("layers.png", "--crop 30,0,61,43 --aov normal");
     tile("whole.png", "");
     tile("b.jpg", "--crop 30,0,61,43");
     tile("b.gif", "--crop 30,0,61,43 --turntable 2");
@@ -239,7 +241,15 @@ fn tiles_that_do_not_fit_are_refused() {
         ),
         (
             "a.png srgb.png",
-            "srgb.png overlaps a tile before it and differs from it, first at pixel 2",
+            "srgb.png shows sRGB colours, but a.png shows linear colours",
+        ),
+        (
+            "a.png layers.normal.png",
+            "layers.normal.png shows normal, but a.png shows linear colours",
+        ),
+        (
+            "a.png other.png",
+            "other.png overlaps a tile before it and differs from it, first at pixel 2",
         ),
         (
             "a.png whole.png",

@@ -86,7 +86,10 @@ fn what_sheets_cannot_be_is_refused() {
         ("--sheet 2 -o {stem}.png", "leave out {stem}"),
         ("--sheet 2 -o a-#.png", "leave out {stem}, {folder}, {pose} and #"),
         ("--sheet 2 -o a.exr", "8 bits"),
-        ("--sheet 2 -o a.gif --turntable 3", "8 bits"),
+        (
+            "--sheet 2 -o a.gif --turntable 3",
+            "a sheet is one picture, not an animation",
+        ),
         ("--sheet 2 --aov depth", "AOVs"),
         ("--sheet 2 --background transparent", "transparent"),
         ("--sheet 2 --compare a.png", "compared"),

@@ -25,10 +25,9 @@ impl CameraRays {
 impl Camera {
     /// Returns the ray through the centre of each pixel of a picture of `width` x `height` pixels. A lens counts as a pinhole.
     ///
-    /// These are the rays of pictures: with one sample per pixel, those of [`pixel_rays`](Self::pixel_rays) in a scene whose
-    /// origin is 0. Queries make their directions unit vectors once more, which may change the last bit.
-    /// [`Self::rays_around`] has those of geometry far from 0. They take 12 bytes per pixel, 36 if the camera is orthographic;
-    /// `pixel_rays` returns one at a time instead.
+    /// These are the rays of pictures with one sample per pixel, for scenes whose origin is 0. Queries make their directions
+    /// unit vectors once more, which may change the last bit. [`Self::rays_around`] has those of geometry far from 0. They take
+    /// 12 bytes per pixel, 36 if the camera is orthographic.
     ///
     /// ```
     /// # use octray_engine as octray;

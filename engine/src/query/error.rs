@@ -79,7 +79,7 @@ impl fmt::Display for QueryError {
             Self::Radius { sphere, radius } => {
                 write!(
                     f,
-                    "sphere {sphere} has radius {radius}, expected a number above 0"
+                    "sphere {sphere} has radius {radius}, expected a number above 0 and at most 1e9"
                 )
             }
             Self::VertexIndex {

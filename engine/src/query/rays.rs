@@ -191,6 +191,12 @@ impl<'a> From<&'a Vec<f32>> for Ends<'a> {
     }
 }
 
+impl<'a, const N: usize> From<&'a [f32; N]> for Ends<'a> {
+    fn from(ends: &'a [f32; N]) -> Self {
+        Self::Each(ends)
+    }
+}
+
 /// Many rays: a slice of [`Ray`]s, or arrays of origins and directions. Neighbours should be neighbours in space, as
 /// the pixels of a picture are: those are traced together.
 #[derive(Clone, Copy, Debug)]

@@ -16,6 +16,7 @@ mod sums;
 mod tile;
 mod transfer;
 
+pub use crate::reference::cost::Cost;
 pub use aov::{Aov, Aovs};
 pub use crop::Crop;
 #[doc(hidden)]

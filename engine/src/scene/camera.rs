@@ -180,6 +180,7 @@ impl Camera {
     ///
     /// # Panics
     /// If a side has no pixel or sample, or more than [`MAX_SIDE_SAMPLES`] samples.
+    #[doc(hidden)]
     #[must_use]
     pub fn pixel_rays(&self, scene: &Scene, width: u32, height: u32, samples_per_axis: u32) -> PixelRays {
         self.pixel_rays_by(|point| scene.relative(point), [width, height], samples_per_axis)

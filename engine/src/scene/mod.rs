@@ -30,6 +30,7 @@ mod transform;
 mod view;
 mod weld;
 
+pub use crate::ray::SceneHit;
 pub use background::Background;
 #[doc(hidden)]
 pub use builder::INSTANCE_BYTES;
@@ -59,7 +60,9 @@ pub use opacity::Opacity;
 #[doc(hidden)]
 pub use origin::origin_of;
 pub(crate) use passage::{Crossing, Passage, skipped};
-pub use pixel_rays::{PixelRays, RayCone};
+#[doc(hidden)]
+pub use pixel_rays::PixelRays;
+pub use pixel_rays::RayCone;
 pub use placed::PlacedMesh;
 pub use plane::{MAX_PLANES, Plane};
 pub use texture::{CutOut, MAX_EMISSION, SurfaceTextures, TexturePoint, TexturedPoint};

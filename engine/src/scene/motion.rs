@@ -300,7 +300,7 @@ impl CameraMotion {
     /// # Errors
     /// [`CameraError`] if the eye meets its target there, or the view is along the up vector; without keyframes.
     pub fn at(&self, time: f64) -> Result<Camera, CameraError> {
-        let (from, to, share) = self.0.around(time).ok_or(CameraError::NotFinite)?;
+        let (from, to, share) = self.0.around(time).ok_or(CameraError::NoKeyframes)?;
         Camera::new(&if share > 0.0 {
             view_between(from, to, share)
         } else {

@@ -89,17 +89,21 @@ impl Moving {
         self.instances.iter().map(of_one).sum()
     }
 
-    /// Counts the keyframes at these times.
-    fn count(&mut self, times: impl ExactSizeIterator<Item = f64>) -> Result<(), SceneError> {
-        self.keyframes += times.len();
-        self.end = times.fold(self.end, f64::max);
-        if self.keyframes > super::MAX_KEYFRAMES {
+    /// Checks that there is room for as many more keyframes.
+    fn check_room(&self, more: usize) -> Result<(), SceneError> {
+        if self.keyframes + more > super::MAX_KEYFRAMES {
             return Err(SceneError::TooMany {
                 what: "keyframes",
                 limit: super::MAX_KEYFRAMES,
             });
         }
         Ok(())
+    }
+
+    /// Counts the keyframes at these times.
+    fn count(&mut self, times: impl ExactSizeIterator<Item = f64>) {
+        self.keyframes += times.len();
+        self.end = times.fold(self.end, f64::max);
     }
 }
 
@@ -128,7 +132,8 @@ impl SceneBuilder {
     /// Adds an instance of a prototype that moves: `transform` places it, and then the motion.
     ///
     /// # Errors
-    /// Those of [`SceneBuilder::add_instance`], if it cannot be placed in the first frame or at a keyframe.
+    /// Those of [`SceneBuilder::add_instance`], if it cannot be placed in the first frame; [`SceneError::AtTime`], if not at a
+    /// keyframe; [`SceneError::TooMany`] keyframes. Then the builder stays as it was.
     ///
     /// # Panics
     /// If the scene has no such prototype.
@@ -177,15 +182,17 @@ impl SceneBuilder {
             motion,
             place,
         };
-        self.moving.count(moving.motion.times())?;
-        if moving.ids.is_empty() {
-            return Ok(());
-        }
+        self.moving.check_room(moving.motion.times().len())?;
+        let is_empty = moving.ids.is_empty();
         // Of many placements the first: each frame checks all of them.
+        let most = usize::from(!is_empty);
         for time in moving.motion.times() {
-            moving.at(time, &self.prototypes, 1)?;
+            moving.at(time, &self.prototypes, most)?;
         }
-        self.moving.instances.push(moving);
+        self.moving.count(moving.motion.times());
+        if !is_empty {
+            self.moving.instances.push(moving);
+        }
         Ok(())
     }
 
@@ -216,7 +223,8 @@ impl SceneBuilder {
     ) -> Result<(), SceneError> {
         let camera = motion.at(START);
         let camera = camera.map_err(|error| at_time(START, place.as_ref(), &error.to_string()))?;
-        self.moving.count(motion.times())?;
+        self.moving.check_room(motion.times().len())?;
+        self.moving.count(motion.times());
         self.moving.cameras.push(MovingCamera {
             id: self.cameras.len(),
             motion,

@@ -15,7 +15,7 @@ pub enum CameraError {
     UpParallel,
     /// The field of view is not between 0 and 180 degrees.
     FieldOfView(f64),
-    /// The height of an orthographic view is not a number above 0.
+    /// The height of an orthographic view is not a number above 0, or too large for `f32`.
     ViewHeight(f64),
     /// The diameter of the lens is negative, not finite, or too large for the distance in focus.
     Aperture(f64),
@@ -29,12 +29,15 @@ pub enum CameraError {
     Distortion(f64),
     /// A distortion for an orthographic camera, or for one with an aperture.
     DistortedProjection,
+    /// A motion without keyframes.
+    NoKeyframes,
 }
 
 impl fmt::Display for CameraError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotFinite => write!(f, "the camera has a coordinate that is not finite"),
+            Self::NoKeyframes => write!(f, "the motion of the camera has no keyframes"),
             Self::EyeOnTarget => write!(
                 f,
                 "eye and target are the same point, so there is no view direction"
@@ -118,7 +121,7 @@ impl Projection {
                 Ok(libm::tan(fov_degrees.to_radians() * 0.5))
             }
             Self::Perspective { fov_degrees } => Err(CameraError::FieldOfView(fov_degrees)),
-            Self::Orthographic { height } if height > 0.0 && height.is_finite() => Ok(0.5 * height),
+            Self::Orthographic { height } if height > 0.0 && (height as f32).is_finite() => Ok(0.5 * height),
             Self::Orthographic { height } => Err(CameraError::ViewHeight(height)),
         }
     }

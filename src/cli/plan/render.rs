@@ -313,7 +313,9 @@ impl Pictures<'_> {
         let pose = self.pose(Some(Turn { number: 1, count: 1 }));
         let why = if names::expand(pattern, scene, Some(1), pose) != pattern {
             "a sheet is one picture; leave out {stem}, {folder}, {pose} and #"
-        } else if output.is_animation() || output.is_exr() {
+        } else if output.is_animation() {
+            "a sheet is one picture, not an animation; name a picture such as sheet.png"
+        } else if output.is_exr() {
             "a sheet has 8 bits per channel; name a picture such as sheet.png"
         } else if self.look.picture.transparent {
             "a sheet has no transparent background"

@@ -38,6 +38,17 @@ pub enum AovKind {
 }
 
 impl AovKind {
+    pub const ALL: [Self; 8] = [
+        Self::Depth,
+        Self::Normal,
+        Self::Albedo,
+        Self::Id,
+        Self::Heat,
+        Self::Mask,
+        Self::Z,
+        Self::Instance,
+    ];
+
     /// As on the command line and in file names.
     pub fn name(self) -> &'static str {
         match self {

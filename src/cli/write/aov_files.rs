@@ -146,7 +146,7 @@ impl AovFiles {
             } else {
                 Pixels::Bytes(aov::picture(aovs, which, *range, picture.transfer))
             });
-            own.place = picture.place;
+            own.place = picture.place.map(|place| place.of_aov(which));
             file.write(&mut own)?;
         }
         Ok(())

@@ -59,7 +59,9 @@ fn attributes(place: Option<Place>) -> LayerAttributes {
     };
     if let Some(place) = place {
         attributes.layer_position = Vec2(place.crop.x0 as i32, place.crop.y0 as i32);
-        let text = AttributeValue::Text(place.to_string().as_str().into());
+        // EXR files are linear whatever the transfer.
+        let text = Place { srgb: false, ..place }.to_string();
+        let text = AttributeValue::Text(text.as_str().into());
         attributes.other.insert(EXR_ATTRIBUTE.into(), text);
     }
     attributes

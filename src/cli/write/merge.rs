@@ -93,6 +93,7 @@ impl Tile {
                 format!("is {}", format.name()),
                 format!("is of a picture of {width}x{height}"),
                 format!("was rendered with --samples {}", place.samples()),
+                format!("shows {}", place.values()),
             ]
         });
         match kinds[0]

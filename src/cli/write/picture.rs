@@ -72,7 +72,7 @@ impl Picture {
         settings: &Settings,
         on_progress: OnProgress<'_>,
     ) -> Result<FrameStats, RenderError> {
-        self.place = Place::of(settings);
+        self.place = Place::of(settings, self.transfer);
         match &mut self.pixels {
             Pixels::Bytes(film) => renderer.render(camera, settings, film, on_progress),
             Pixels::Linear(film) => renderer.render(camera, settings, film, on_progress),

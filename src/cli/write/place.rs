@@ -3,14 +3,15 @@
 //! PNG has a text chunk for it, PPM a comment, EXR an attribute in addition to its data window. In QOI, BMP and TIFF only the
 //! end of the file is skipped by readers, so it follows the picture; FFmpeg complains about it in QOI files, and shows them.
 
-use super::encode::Format;
-use crate::render::{Crop, Settings};
+use super::{aov::AovKind, encode::Format};
+use crate::render::{Crop, Settings, Transfer};
 use std::fmt;
 
 /// The keyword of PNG's text chunk.
 pub const PNG_KEYWORD: &str = "Crop";
 /// The name of EXR's attribute.
 pub const EXR_ATTRIBUTE: &str = "octrayCrop";
+const SRGB: &str = "sRGB";
 
 /// A crop's place in its whole picture, and how many samples its pixels took.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,16 +22,22 @@ pub struct Place {
     /// Samples a pixel, at most if `adaptive`.
     pub samples: u32,
     pub adaptive: bool,
+    /// Bytes are in sRGB, not linear.
+    pub srgb: bool,
+    /// What the file shows, if not the picture itself.
+    pub aov: Option<AovKind>,
 }
 
 impl Place {
     /// The place of a picture with these settings; `None` if it is not a crop.
-    pub fn of(settings: &Settings) -> Option<Self> {
+    pub fn of(settings: &Settings, transfer: Transfer) -> Option<Self> {
         Some(Self {
             crop: settings.crop?,
             whole: [settings.width, settings.height],
             samples: settings.samples,
             adaptive: settings.adaptive,
+            srgb: transfer == Transfer::Srgb,
+            aov: None,
         })
     }
 
@@ -40,8 +47,34 @@ impl Place {
         format!("{auto}{}", self.samples)
     }
 
+    /// The place of an AOV in a file of its own beside this picture. Only albedo has the picture's transfer.
+    pub fn of_aov(self, aov: AovKind) -> Self {
+        Self {
+            srgb: self.srgb && aov == AovKind::Albedo,
+            aov: Some(aov),
+            ..self
+        }
+    }
+
+    /// The kind of values in the file.
+    pub fn values(self) -> String {
+        let transfer = if self.srgb { "sRGB" } else { "linear" };
+        match self.aov {
+            None => format!("{transfer} colours"),
+            Some(AovKind::Albedo) => format!("{transfer} albedo"),
+            Some(aov) => aov.name().into(),
+        }
+    }
+
     fn parse(text: &str) -> Option<Self> {
-        let (place, samples) = text.split_once(", samples ")?;
+        let (place, rest) = text.split_once(", samples ")?;
+        let mut rest = rest.split(", ").peekable();
+        let samples = rest.next()?;
+        let srgb = rest.next_if_eq(&SRGB).is_some();
+        let aov = match rest.next() {
+            None => None,
+            Some(name) => Some(AovKind::ALL.into_iter().find(|aov| aov.name() == name)?),
+        };
         let (crop, whole) = place.split_once(" of ")?;
         let number = |text: &str| text.parse::<u32>().ok();
         let corners: Option<Vec<u32>> = crop.split(',').map(number).collect();
@@ -56,8 +89,10 @@ impl Place {
             whole: [width, height],
             samples: number(most.unwrap_or(samples))?,
             adaptive: most.is_some(),
+            srgb,
+            aov,
         };
-        (x0 < x1 && y0 < y1 && x1 <= width && y1 <= height).then_some(place)
+        (rest.next().is_none() && x0 < x1 && y0 < y1 && x1 <= width && y1 <= height).then_some(place)
     }
 
     /// Adds the place to a picture's bytes, where the encoder has not written it.
@@ -92,11 +127,18 @@ impl Place {
     }
 }
 
-/// `0,0,256,128 of 512x512, samples 16`.
+/// `0,0,256,128 of 512x512, samples 16`, then `, sRGB` if not linear, then the AOV's name.
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [width, height] = self.whole;
-        write!(f, "{} of {width}x{height}, samples {}", self.crop, self.samples())
+        write!(f, "{} of {width}x{height}, samples {}", self.crop, self.samples())?;
+        for more in [self.srgb.then_some(SRGB), self.aov.map(AovKind::name)]
+            .into_iter()
+            .flatten()
+        {
+            write!(f, ", {more}")?;
+        }
+        Ok(())
     }
 }
 

@@ -45,7 +45,7 @@ use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// A mesh, with the surfaces, cameras and lights of its file.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct LoadedMesh {
     /// Positions, normals, colours and triangles in the file's coordinates less `offset`, not rotated or scaled. Colours are
     /// display values from 0 to 1, like those of [`Surface`]. If there are triangles, they use every vertex.

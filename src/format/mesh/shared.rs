@@ -4,7 +4,7 @@ use super::LoadedMesh;
 use crate::scene::{PlacedMesh, Transform, TriangleMesh};
 
 /// A part of a mesh that is stored once and placed several times.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct SharedMesh {
     /// Positions, normals, colours and triangles, before they are placed; else as [`LoadedMesh::columns`].
     pub columns: TriangleMesh,

@@ -36,7 +36,7 @@ impl<'a> Places<'a> {
             | CameraError::Distortion(_)
             | CameraError::DistortedProjection => self.projection,
             CameraError::UpParallel => self.up.or(self.target),
-            CameraError::EyeOnTarget | CameraError::NotFinite => self.target,
+            CameraError::EyeOnTarget | CameraError::NotFinite | CameraError::NoKeyframes => self.target,
             CameraError::Aperture(_) => self.aperture,
             CameraError::Focus(_) => self.focus,
         }

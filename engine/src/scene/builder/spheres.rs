@@ -13,7 +13,7 @@ use glam::Vec3;
 use rayon::{iter::repeat_n, prelude::*};
 
 /// Many spheres as a structure of arrays.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct SphereCloud {
     /// Centres, scene units; the four arrays of numbers have equal lengths.
     pub x: Vec<f32>,

@@ -34,6 +34,39 @@ fn each_fault_is_counted_once() {
     );
     assert_eq!(faults(&[]), MeshFaults::default());
 }
+
+/// Two pyramids without bases that share one edge of their rims: each faces outwards.
+#[test]
+fn bodies_that_touch_at_an_edge_are_not_inverted() {
+    let mesh = TriangleMesh {
+        x: vec![0.0, 1.0, 0.5, 0.5, 0.5, 0.5],
+        y: vec![0.0, 0.0, 1.0, 0.3, -1.0, -0.3],
+        z: vec![0.0, 0.0, 0.0, 1.0, 0.0, -1.0],
+        triangles: vec![[0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 1, 5], [1, 4, 5], [4, 0, 5]],
+        ..TriangleMesh::default()
+    };
+    let mut builder = SceneBuilder::new();
+    builder.add_mesh(mesh, MaterialId(1)).expect("a mesh");
+    assert_eq!(builder.finish().mesh_faults().inverted, 0);
+}
+
+/// Part of a 3 x 3 sheet of squares.
+#[test]
+fn an_inverted_part_of_a_sheet_is_counted() {
+    let sheet = |turned: fn(u32) -> bool| {
+        let squares = (0..9).flat_map(|i| {
+            let a = i / 3 * 4 + i % 3;
+            let square = [[a, a + 1, a + 5], [a, a + 5, a + 4]];
+            square.map(|[a, b, c]| if turned(i) { [a, c, b] } else { [a, b, c] })
+        });
+        faults(&squares.collect::<Vec<_>>()).inverted
+    };
+    assert_eq!(sheet(|i| i == 0), 2);
+    assert_eq!(sheet(|i| i == 4), 2);
+    assert_eq!(sheet(|i| i < 3), 6);
+    assert_eq!(sheet(|i| i < 6), 6);
+}
+
 /// Two prototypes of one mesh, and the mesh itself.
 #[test]
 fn prototypes_are_no_copies_of_each_other() {

@@ -8,6 +8,8 @@ pub type File = (&'static str, String);
 
 const COMMANDS: &str = "commands.txt";
 const MERGES: &str = "merge.txt";
+/// Of a parameter's default value in Open Job Description, characters.
+const LONGEST_STRING: usize = 1024;
 
 /// All files of the job.
 ///
@@ -30,7 +32,7 @@ pub fn files(work: &Work, engine: Engine) -> Result<Vec<File>, CliError> {
         }
         Engine::OpenJd => {
             files.push(("task.sh", task(work, "openjd_progress")));
-            files.push(("template.yaml", template(work)));
+            files.push(("template.yaml", template(work)?));
         }
     }
     Ok(files)
@@ -184,7 +186,12 @@ fn submit(work: &Work) -> Result<String, CliError> {
 
 /// A template of version 2023-09. Default paths must be within the template's directory, so the working directory is a
 /// string. JSON strings are valid YAML.
-fn template(work: &Work) -> String {
+fn template(work: &Work) -> Result<String, CliError> {
+    if work.directory.chars().count() > LONGEST_STRING {
+        return Err(CliError::Usage(format!(
+            "the name of the current directory is longer than {LONGEST_STRING} characters, the most that Open Job Description takes"
+        )));
+    }
     let string = |text: &str| serde_json::Value::from(text).to_string();
     let plain = |c: char| {
         if c.is_ascii_alphanumeric() || "-_.".contains(c) {
@@ -216,7 +223,7 @@ fn template(work: &Work) -> String {
 "#
         )
     };
-    format!(
+    Ok(format!(
         r#"specificationVersion: jobtemplate-2023-09
 name: {name}
 parameterDefinitions:
@@ -227,9 +234,9 @@ parameterDefinitions:
   - name: Job
     type: PATH
     objectType: DIRECTORY
-    dataFlow: INOUT
+    dataFlow: IN
     default: .
-    description: The directory of this template, with the commands and the tiles.
+    description: The directory of this template, with the commands.
 steps:
   - name: Render
     parameterSpace:
@@ -253,5 +260,5 @@ steps:
         name = string(&format!("octray {name}")),
         directory = string(&work.directory),
         tasks = work.tasks(),
-    )
+    ))
 }

@@ -13,6 +13,8 @@ const PLACE: Place = Place {
     whole: [61, 43],
     samples: 16,
     adaptive: true,
+    srgb: false,
+    aov: None,
 };
 
 #[test]
@@ -20,6 +22,23 @@ fn places_are_read_as_they_are_written() {
     let text = PLACE.to_string();
     assert_eq!(text, "30,0,61,19 of 61x43, samples auto:16");
     assert_eq!(Place::parse(&text), Some(PLACE));
+    for (place, text) in [
+        (
+            Place { srgb: true, ..PLACE },
+            "30,0,61,19 of 61x43, samples auto:16, sRGB",
+        ),
+        (
+            PLACE.of_aov(AovKind::Z),
+            "30,0,61,19 of 61x43, samples auto:16, z",
+        ),
+        (
+            Place { srgb: true, ..PLACE }.of_aov(AovKind::Albedo),
+            "30,0,61,19 of 61x43, samples auto:16, sRGB, albedo",
+        ),
+    ] {
+        assert_eq!(place.to_string(), text);
+        assert_eq!(Place::parse(text), Some(place));
+    }
     for wrong in [
         "",
         "30,0,61,19 of 61x43",
@@ -29,6 +48,8 @@ fn places_are_read_as_they_are_written() {
         "30,0,61,19,5 of 61x43, samples 1",
         "30,0,61,19 of 61, samples 1",
         "30,0,61,19 of 61x43, samples auto",
+        "30,0,61,19 of 61x43, samples 1, sky",
+        "30,0,61,19 of 61x43, samples 1, z, sRGB",
     ] {
         assert_eq!(Place::parse(wrong), None, "{wrong}");
     }
