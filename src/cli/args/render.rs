@@ -15,7 +15,7 @@ use crate::{
         plan::{
             ANIMATION, CameraOptions, ConfigDefault, FIT, FOCUS, FOR_MESHES, Job, JsonTarget, Look, Looks,
             MeshOptions, Pictures, Planned, Playing, PoseFile, RenderPlan, StartView, check_inputs,
-            check_pattern, has_number, is_standard_input,
+            check_pattern, explained, has_number, is_standard_input,
         },
         write::{AovKind, is_foreign},
     },
@@ -297,6 +297,7 @@ impl RenderArgs {
         let (camera, mesh) = (self.camera_options(), self.mesh_options());
         let memory = self.memory.limit();
         let Planned { jobs, sheet, skipped } = pictures.jobs(&self.scenes, &camera, &mesh, memory)?;
+        let explain = |(path, error)| (path, explained(error, &self.defaults));
         let mut inputs = check_inputs(&jobs, self.config.path().as_deref())?;
         for file in pose_file.iter().flat_map(PoseFile::files) {
             inputs.add(&file, "the poses");
@@ -314,7 +315,7 @@ impl RenderArgs {
             jobs,
             sheet,
             keep_going: self.series.keep_going,
-            skipped,
+            skipped: skipped.into_iter().map(explain).collect(),
             memory,
             inputs,
             stats: self.stats,
