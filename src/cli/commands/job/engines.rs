@@ -104,7 +104,7 @@ fn task(work: &Work, progress: &str) -> String {
     let (chunk, count, tasks) = (work.chunk, work.commands.len(), work.tasks());
     format!(
         "#!/bin/sh\n\
-         # Runs task $1 of {tasks}, from the directory that paths are relative to.\n\
+         # Runs task $1 of {tasks}, from the folder that paths are relative to.\n\
          set -eu\n\
          commands=$(dirname \"$0\")/{COMMANDS}\n\
          first=$((($1 - 1) * {chunk} + 1))\n\
@@ -149,8 +149,7 @@ fn submit(work: &Work) -> Result<String, CliError> {
     let folder = path(work, "")?;
     // After a backslash Slurm replaces nothing.
     if folder.contains('\\') {
-        let why =
-            format!("--into {folder}: Slurm takes no \\ in the names of its logs; name another directory");
+        let why = format!("--into {folder}: Slurm takes no \\ in the names of its logs; name another folder");
         return Err(CliError::Usage(why));
     }
     // A % is Slurm's own in names of logs.
@@ -229,7 +228,7 @@ parameterDefinitions:
     objectType: DIRECTORY
     dataFlow: INOUT
     default: .
-    description: The directory of this template, with the commands and the tiles.
+    description: The folder of this template, with the commands and the tiles.
 steps:
   - name: Render
     parameterSpace:
