@@ -177,7 +177,7 @@ impl App {
     }
 
     /// Goes back to the frame that is shown, because another one cannot be.
-    pub(super) fn go_back(&mut self, frame: u32, why: String) {
+    pub(super) fn go_back(&mut self, frame: u32, why: &str) {
         // It may have been left by a step while it was loaded.
         if !self.playback.plays() && self.playback.frame() != frame {
             return;
