@@ -209,6 +209,16 @@ impl fmt::Display for SceneError {
             Self::NotUsable { what, value } => write!(f, "{what} is {value}, expected a finite number"),
             Self::NotPositive { what, value } => write!(f, "{what} is {value}, expected a number above 0"),
             Self::Negative { what, value } => write!(f, "{what} is {value}, expected 0 or more"),
+            // The upper end is another number of the spot.
+            Self::OutOfRange {
+                what: what @ "inner",
+                value,
+                range,
+            } => write!(
+                f,
+                "{what} is {value}, expected a number from {} to the outer angle, {}",
+                range.0, range.1
+            ),
             Self::OutOfRange { what, value, range } => {
                 write!(
                     f,

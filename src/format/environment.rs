@@ -66,12 +66,13 @@ mod decoding {
     }
 
     fn decode_within(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Decoded, Reason> {
-        use ImageFormat::{Bmp, Hdr, Jpeg, OpenExr, Png, Tga, WebP};
+        use ImageFormat::{Bmp, Hdr, Jpeg, OpenExr, Png, Tga, Tiff, WebP};
         let by_name = || ImageFormat::from_path(path).ok();
         let is_radiance = bytes.starts_with(b"#?").then_some(Hdr);
         let format = is_radiance.or_else(|| image::guess_format(bytes).ok().or_else(by_name));
-        let format = format.filter(|format| matches!(format, Hdr | OpenExr | Png | Jpeg | WebP | Bmp | Tga));
-        let unknown = "unknown kind of picture, expected HDR, OpenEXR, PNG, JPEG, WebP, BMP or TGA";
+        let format =
+            format.filter(|format| matches!(format, Hdr | OpenExr | Png | Jpeg | WebP | Bmp | Tga | Tiff));
+        let unknown = "unknown kind of picture, expected HDR, OpenEXR, PNG, JPEG, WebP, BMP, TGA or TIFF";
         let format = format.ok_or_else(|| Reason::unsupported(unknown))?;
         let most_block = match format {
             OpenExr => exr_block(bytes)?,

@@ -355,10 +355,8 @@ impl<'b> Off<'b> {
         let surface = *self.surface_by_color.entry(bits).or_insert(next);
         if surface == next {
             if self.surfaces.len() >= MAX_MATERIALS {
-                return Err(TextFault::new(
-                    0..0,
-                    format!("more than {MAX_MATERIALS} colours of faces"),
-                ));
+                let message = format!("more than {MAX_MATERIALS} colours of faces");
+                return Err(TextFault::new(0..0, message).with_kind(LoadErrorKind::Limit));
             }
             // The entry of the map, too.
             self.budget.take(64)?;

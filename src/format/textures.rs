@@ -9,6 +9,8 @@ pub(super) mod decoding;
 mod heights;
 mod highlight;
 pub(super) mod names;
+#[cfg(feature = "textures")]
+mod palette;
 
 pub(super) use highlight::Highlight;
 

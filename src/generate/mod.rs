@@ -119,6 +119,21 @@ impl Kind {
             Self::Pipes => pipes::TRIANGLES_PER_PIPE,
         }
     }
+
+    /// Checks a number of spheres or triangles.
+    ///
+    /// # Errors
+    /// [`GenerateError::Count`] if it is below [`Self::min_count`] or above [`MAX_COUNT`].
+    pub fn check_count(self, count: usize) -> Result<(), GenerateError> {
+        if (self.min_count()..=MAX_COUNT).contains(&count) {
+            Ok(())
+        } else {
+            Err(GenerateError::Count {
+                kind: self,
+                found: count,
+            })
+        }
+    }
 }
 
 /// The largest count: vertex indices must fit into the 32-bit `int` of PLY files.
@@ -238,12 +253,10 @@ pub struct Generated {
 /// Generates a scene.
 ///
 /// # Errors
-/// [`GenerateError::Count`] if the count is below [`Kind::min_count`] or above [`MAX_COUNT`].
+/// As of [`Kind::check_count`].
 pub fn generate(kind: Kind, options: Options) -> Result<Generated, GenerateError> {
     let count = options.count.unwrap_or(kind.default_count());
-    if !(kind.min_count()..=MAX_COUNT).contains(&count) {
-        return Err(GenerateError::Count { kind, found: count });
-    }
+    kind.check_count(count)?;
     let seed = options.seed;
     let Content { parts, lights, view } = match kind {
         Kind::Flake => flake::make(seed, count),

@@ -15,6 +15,10 @@ pub struct Playback {
     fps: u32,
     /// If it plays: since when, and how many frames ago that was.
     since: Option<(Instant, u64)>,
+    /// Whether the last step went back.
+    is_back: bool,
+    /// The frame to which the last step led if it cannot be shown: the next step that way goes past it.
+    failed: Option<u32>,
 }
 
 impl Playback {
@@ -26,6 +30,8 @@ impl Playback {
             count,
             fps,
             since: None,
+            is_back: false,
+            failed: None,
         }
     }
 
@@ -44,6 +50,7 @@ impl Playback {
     /// Sets the number of frames of a scene that is loaded again.
     pub fn set_count(&mut self, count: u32) {
         self.count = count;
+        self.failed = None;
         self.frame = self.frame.min(count);
         if !self.moves() {
             self.since = None;
@@ -63,10 +70,11 @@ impl Playback {
         self.since = None;
     }
 
-    /// Stops at a frame.
-    pub fn stop_at(&mut self, frame: u32) {
+    /// Stops at the frame that is shown, because another one `failed`.
+    pub fn stop_at(&mut self, shown: u32, failed: u32) {
         self.stop();
-        self.frame = frame.clamp(1, self.count.max(1));
+        self.frame = shown.clamp(1, self.count.max(1));
+        self.failed = Some(failed);
     }
 
     /// Whether it plays.
@@ -78,7 +86,10 @@ impl Playback {
     /// Stops, and moves on by `steps` frames, or back if negative.
     pub fn step(&mut self, steps: i64) {
         self.stop();
-        let frame = i64::from(self.frame) - 1 + steps;
+        let is_back = steps < 0;
+        let failed = self.failed.take().filter(|_| is_back == self.is_back);
+        self.is_back = is_back;
+        let frame = i64::from(failed.unwrap_or(self.frame)) - 1 + steps;
         self.frame = frame.rem_euclid(self.count.into()) as u32 + 1;
     }
 
@@ -166,15 +177,15 @@ impl App {
     }
 
     /// Goes back to the frame that is shown, because another one cannot be.
-    pub(super) fn go_back(&mut self, frame: u32, why: String) {
+    pub(super) fn go_back(&mut self, frame: u32, why: &str) {
         // It may have been left by a step while it was loaded.
         if !self.playback.plays() && self.playback.frame() != frame {
             return;
         }
-        self.playback.stop_at(self.timeline.now().frame());
+        self.playback.stop_at(self.timeline.now().frame(), frame);
         self.saves = false;
         self.show_frame();
-        self.stuck = Some(why);
+        self.stuck = Some(format!("frame {frame}: {why}"));
     }
 
     /// Changes the starting camera, which the camera follows unless it was moved.

@@ -366,7 +366,7 @@ impl App {
                 self.save_if_due();
             }
             Event::Worker(Note::Progress(share)) => self.progress = Some(share),
-            Event::Worker(Note::Failed(frame, why)) => self.go_back(frame, why),
+            Event::Worker(Note::Failed(frame, why)) => self.go_back(frame, &why),
             Event::Reloaded(reloaded) => self.reloaded(reloaded),
             Event::Objects(timeline, framing, pose) => {
                 if Arc::ptr_eq(&timeline, &self.timeline) && pose == self.orbit.pose() {

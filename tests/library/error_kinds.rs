@@ -1,5 +1,6 @@
 //! Programs can tell why a file was not loaded.
 
+use crate::targets::archive::of_model;
 use octray::{
     error::{LoadError, LoadErrorKind as Kind},
     format,
@@ -90,6 +91,33 @@ fn what_is_too_large_has_met_a_limit() {
     }
     let error = load(&[("a.scn", b"include a.scn\n")], u64::MAX);
     assert_eq!(error.kind(), Kind::Invalid, "{error}");
+}
+
+#[test]
+fn too_many_of_something_is_a_limit() {
+    let materials = "newmtl\n".repeat((1 << 20) + 1);
+    let names = (
+        "a.obj",
+        &b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"[..],
+    );
+    let parts = |i: usize| {
+        format!(
+            "<object id='{i}'><components><component objectid='{}'/></components></object>",
+            i + 1
+        )
+    };
+    let parts: String = (1..100).map(parts).collect();
+    let parts = format!("<model><resources>{parts}</resources><build><item objectid='1'/></build></model>");
+    let [parts, deep] = [parts.into_bytes(), b"<model>".repeat(100)].map(|model| of_model(&model));
+    let too_many = vec![names, ("a.mtl", materials.as_bytes())];
+    let mut cases = vec![(too_many.clone(), u64::MAX), (too_many, 20 << 20)];
+    if cfg!(feature = "threemf") {
+        cases.extend([&parts, &deep].map(|model| (vec![("a.3mf", &model[..])], u64::MAX)));
+    }
+    for (files, memory) in cases {
+        let error = load(&files, memory);
+        assert_eq!(error.kind(), Kind::Limit, "{error}");
+    }
 }
 
 #[test]

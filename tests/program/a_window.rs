@@ -31,6 +31,7 @@ fn the_window_does_what_its_keys_say() {
             meshes::look_as_render_makes_them,
             meshes::have_six_sides_and_turn,
             moving::play_and_step,
+            moving::step_past_a_frame,
             moving::play_a_mesh,
             loading::is_shown,
         ],

@@ -271,6 +271,18 @@ fn errors_say_where_a_default_is_set() {
             1,
             "there is no animation `walk`, expected `swing`; --animation is set in c.toml:1:1",
         ),
+        (
+            "animation = 'walk'\n",
+            "swing.gltf --keep-going",
+            1,
+            "there is no animation `walk`, expected `swing`; --animation is set in c.toml:1:1",
+        ),
+        (
+            "turntable = 4\n",
+            "a.obj --frames=1-9 -o a#.png",
+            2,
+            "expected numbers from 1 to 4; --turntable is set in c.toml:1:1",
+        ),
         ("frames = '1-3'\n", "a.obj -o a#.png", 2, "there are no frames"),
         ("frames = '1-3'\n", "a.obj --focus=2", 2, "--focus needs a lens"),
     ] {
@@ -321,6 +333,36 @@ fn jobs_of_scenes_have_no_defaults_for_meshes() {
         !commands.contains("--ortho") && !commands.contains("--environment"),
         "{commands}"
     );
+}
+
+/// A default of the focus applies where there is a lens, also one of the scene's own camera.
+#[test]
+fn jobs_focus_the_lens_of_a_scene() {
+    let folder = Folder::new();
+    folder.write("plain.scn", "camera eye 3 3 3 target 0 0 0\nsphere 0 0 0 1\n");
+    folder.write(
+        "lens.scn",
+        "camera eye 3 3 3 target 0 0 0 aperture 0.5\nsphere 0 0 0 1\n",
+    );
+    folder.write("c.toml", "focus = 2\n");
+    for (options, is_focused) in [
+        ("plain.scn", false),
+        ("lens.scn", true),
+        ("lens.scn --view=2", false),
+        ("lens.scn --aperture=0", false),
+        ("plain.scn --aperture=0.2", true),
+    ] {
+        let options = format!("{options} --config=c.toml --size=9x7");
+        let job = format!("job --for=parallel --into=farm --tiles=1x1 {options} -o a.png");
+        folder.run_line(&job).succeeded();
+        let commands = fs::read_to_string(folder.path("farm/commands.txt")).unwrap();
+        assert_eq!(
+            commands.contains(" --focus=2 "),
+            is_focused,
+            "{options}: {commands}"
+        );
+        fs::remove_dir_all(folder.path("farm")).unwrap();
+    }
 }
 
 #[test]

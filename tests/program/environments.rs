@@ -35,6 +35,24 @@ fn the_sky_is_above() {
     assert!(above.abs_diff(dark) < 20, "{above} {dark}");
 }
 
+/// TIFF files hold the same light as OpenEXR files.
+#[test]
+fn skies_of_floats() {
+    let folder = folder();
+    let sky = image::Rgb32FImage::from_fn(4, 4, |x, y| image::Rgb([y as f32 * 3.5, 0.25, x as f32]));
+    let made = ["exr", "tiff"].map(|extension| {
+        let name = format!("floats.{extension}");
+        sky.save(folder.path(&name)).expect("it is written");
+        folder
+            .run_line(&format!(
+                "square.obj --size 9x9 -q -o made.png --environment {name}"
+            ))
+            .succeeded();
+        fs::read(folder.path("made.png")).expect("a picture")
+    });
+    assert_eq!(made[0], made[1]);
+}
+
 #[test]
 fn wrong_environments() {
     let folder = folder();

@@ -78,3 +78,42 @@ fn what_is_skipped_has_no_line() {
         .succeeded();
     assert!(!folder.path("b.json").exists());
 }
+
+/// If all is well and standard error is no terminal.
+#[test]
+fn streams_have_the_json_and_nothing_else() {
+    let folder = Folder::new();
+    for (arguments, lines) in [
+        ("a.scn --size=8 -o t#.png --turntable=3", 3),
+        ("a.scn --size=8 -o t.gif --turntable=3", 3),
+        ("a.scn --size=8 -o s#.png --sphere=2 --save-poses=poses.json", 2),
+        ("a.scn --size=8 -o p#.png --poses=poses.json", 2),
+        ("a.scn a.scn --size=8 --sheet=2 -o sheet.png", 2),
+        ("a.scn --size=8 -o a.png --aov=depth,mask", 1),
+    ] {
+        for option in ["", " --quiet", " --json=-", " --quiet --json=-"] {
+            let run = folder.run_line(&format!("{arguments}{option}"));
+            assert!(
+                run.code == Some(0) && run.stderr.is_empty(),
+                "{arguments}{option}: {run:?}"
+            );
+            let found: Vec<serde_json::Value> = run
+                .text()
+                .lines()
+                .map(|line| serde_json::from_str(line).unwrap())
+                .collect();
+            let expected = if option.contains("json") { lines } else { 0 };
+            assert_eq!(found.len(), expected, "{arguments}{option}: {run:?}");
+        }
+    }
+    for option in ["", " --quiet"] {
+        let into = if option.is_empty() { "farm" } else { "quiet" };
+        let run = folder.run_line(&format!(
+            "job a.scn -o j.png --for=parallel --into={into}{option}"
+        ));
+        assert!(
+            run.code == Some(0) && run.stderr.is_empty() && run.text().is_empty(),
+            "{run:?}"
+        );
+    }
+}

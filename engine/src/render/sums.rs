@@ -45,6 +45,7 @@ impl Samples {
     }
 
     /// Returns linear RGB and alpha.
+    // Of equal samples a little less than each: see docs/lab-notes.md#equal-samples
     pub fn mean(mut self) -> [f32; 4] {
         if self.count <= BLOCK {
             return self.sum.map(|sum| sum / self.count as f32);

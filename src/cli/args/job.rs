@@ -41,7 +41,7 @@ pub struct JobArgs {
     #[arg(long = "for", value_name = "ENGINE", value_enum, help_heading = "Job")]
     pub engine: Engine,
 
-    /// Directory for the job's files and tiles; must be empty, created if missing
+    /// Folder for the job's files and tiles; must be empty, created if missing
     #[arg(long, value_name = "FOLDER", help_heading = "Job")]
     pub into: PathBuf,
 

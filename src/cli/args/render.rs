@@ -15,7 +15,7 @@ use crate::{
         plan::{
             ANIMATION, CameraOptions, ConfigDefault, FIT, FOCUS, FOR_MESHES, Job, JsonTarget, Look, Looks,
             MeshOptions, Pictures, Planned, Playing, PoseFile, RenderPlan, StartView, check_inputs,
-            check_pattern, has_number, is_standard_input,
+            check_pattern, explained, has_number, is_standard_input,
         },
         write::{AovKind, is_foreign},
     },
@@ -35,7 +35,7 @@ pub struct RenderArgs {
     /// The picture: .png, .ppm, .qoi, .jpg, .bmp, .tiff or .exr (linear floats); - writes a PNG to standard output.
     /// {stem} stands for the scene's name, {folder} for its folder's, and a run of # for the frame's number. A symbolic link
     /// stays, and the file that it leads to is replaced [default: {stem}.png, or {stem}-####.png for --turntable, --poses and
-    /// --sphere, in the current directory]
+    /// --sphere, in the current folder]
     #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub output: Option<PathBuf>,
 
@@ -297,6 +297,7 @@ impl RenderArgs {
         let (camera, mesh) = (self.camera_options(), self.mesh_options());
         let memory = self.memory.limit();
         let Planned { jobs, sheet, skipped } = pictures.jobs(&self.scenes, &camera, &mesh, memory)?;
+        let explain = |(path, error)| (path, explained(error, &self.defaults));
         let mut inputs = check_inputs(&jobs, self.config.path().as_deref())?;
         for file in pose_file.iter().flat_map(PoseFile::files) {
             inputs.add(&file, "the poses");
@@ -314,7 +315,7 @@ impl RenderArgs {
             jobs,
             sheet,
             keep_going: self.series.keep_going,
-            skipped,
+            skipped: skipped.into_iter().map(explain).collect(),
             memory,
             inputs,
             stats: self.stats,

@@ -11,7 +11,7 @@ use crate::{
         write::{is_foreign, json_line, write_json},
     },
     error::clip_path,
-    generate::{Generated, MAX_COUNT, Part, Shape, generate, write_ply},
+    generate::{GenerateError, Generated, Part, Shape, generate, write_ply},
     whole_file,
 };
 use serde::Serialize;
@@ -63,12 +63,10 @@ pub fn run(plan: &GeneratePlan) -> Result<(), CliError> {
 fn write(plan: &GeneratePlan) -> Result<(String, Json), CliError> {
     let interrupt = Interrupt::install()?;
     let count = plan.options.count.unwrap_or_else(|| plan.kind.default_count());
-    check_room(
-        "the scene",
-        count.min(MAX_COUNT) as u64 * PRIMITIVE_BYTES,
-        memory::limit(None),
-    )?;
-    let generated = generate(plan.kind, plan.options).map_err(|error| CliError::Failed(error.to_string()))?;
+    let usage = |error: GenerateError| CliError::Usage(error.to_string());
+    plan.kind.check_count(count).map_err(usage)?;
+    check_room("the scene", count as u64 * PRIMITIVE_BYTES, memory::limit(None))?;
+    let generated = generate(plan.kind, plan.options).map_err(usage)?;
     let folder = &plan.folder;
     fs::create_dir_all(folder).map_err(|error| CliError::making(folder, &error))?;
 
@@ -116,7 +114,7 @@ fn check_files(plan: &GeneratePlan, files: &[PathBuf]) -> Result<(), CliError> {
         && let Some(file) = files.iter().find(|file| is_foreign(file))
     {
         return Err(CliError::Failed(format!(
-            "{} exists and was not made by `octray generate`; name another directory with -o or replace it with --force",
+            "{} exists and was not made by `octray generate`; name another folder with -o or replace it with --force",
             clip_path(file)
         )));
     }

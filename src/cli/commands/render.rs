@@ -222,7 +222,7 @@ impl Call<'_> {
             Err(error @ (CliError::Load(_) | CliError::Failed(_) | CliError::Memory(_)))
                 if self.plan.keep_going =>
             {
-                self.skip(job.input.name(), &error);
+                self.skip(job.input.name(), &explained(error, &self.plan.defaults));
                 self.leave_empty(job);
                 return Ok(());
             }

@@ -13,8 +13,10 @@ pub struct ConfigDefault {
     pub at: SourcePos,
 }
 
-/// Messages that name no option, and the options that they may be about.
-const UNNAMED: [(&str, &[&str]); 3] = [
+/// How messages begin that do not name the options that they may be about.
+const UNNAMED: [(&str, &[&str]); 4] = [
+    // Of typed frames the count is to blame.
+    ("--frames", &["turntable", "sphere", "poses"]),
     ("there is no animation in", &["animation", "animation_time"]),
     ("there is no animation", &["animation"]),
     ("several frames", &["turntable", "poses", "frames"]),

@@ -181,7 +181,7 @@ impl<'a> Buffers<'a> {
     pub(super) fn count_decoded(&mut self, size: usize) -> Result<(), LoadError> {
         self.decoded_size = self.decoded_size.saturating_add(size);
         if self.decoded_size > self.size {
-            return Err(self.refused(format!(
+            return Err(self.too_much(format!(
                 "{} bytes of compressed geometry, more than the {} bytes of the file hold",
                 self.decoded_size, self.size
             )));
@@ -397,7 +397,7 @@ impl<'a> Buffers<'a> {
         // Many accessors may name the same bytes.
         self.replaced = self.replaced.saturating_add(sparse.count());
         if self.replaced > self.size {
-            return Err(self.refused(format!(
+            return Err(self.too_much(format!(
                 "sparse accessors replace {} elements, more than the {} bytes of the file hold",
                 self.replaced, self.size
             )));

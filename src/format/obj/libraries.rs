@@ -3,14 +3,14 @@
 use super::{MOST_LIBRARIES, MOST_LIBRARY_BYTES, MOST_NOTES, Obj, mtl};
 use crate::{
     error::{clip, clip_path, in_bytes},
-    format::{OpenMesh, budget::BudgetError, files, mesh::MAX_NAME, textures::names},
+    format::{OpenMesh, budget::BudgetError, files, mesh::MAX_NAME, reason::Reason, textures::names},
     scene::MAX_MATERIALS,
 };
 use std::path::{Component, Path};
 
 impl Obj<'_> {
     /// Reads the material libraries of a statement `mtllib`: one whose name may have spaces, or else several names.
-    pub(super) fn library(&mut self, names: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<(), String> {
+    pub(super) fn library(&mut self, names: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<(), Reason> {
         if self.notes.len() > MOST_NOTES {
             return Ok(());
         }
@@ -41,7 +41,7 @@ impl Obj<'_> {
         name: &[u8],
         path: &Path,
         open: OpenMesh<'_>,
-    ) -> Result<Option<String>, String> {
+    ) -> Result<Option<String>, Reason> {
         if name.len() > MAX_NAME {
             let path = clip_path(path);
             return Ok(Some(format!(
@@ -59,7 +59,9 @@ impl Obj<'_> {
             return Ok(None);
         }
         if self.libraries.len() > MOST_LIBRARIES {
-            return Err(format!("more than {MOST_LIBRARIES} material libraries"));
+            return Err(Reason::limit(format!(
+                "more than {MOST_LIBRARIES} material libraries"
+            )));
         }
         let mut read = (open)(&name);
         if read.is_err()
@@ -90,7 +92,9 @@ impl Obj<'_> {
         self.library_bytes = self.library_bytes.saturating_add(bytes.len());
         if self.library_bytes > MOST_LIBRARY_BYTES {
             let most = in_bytes(MOST_LIBRARY_BYTES as u64);
-            return Err(format!("the material libraries have more than {most}"));
+            return Err(Reason::limit(format!(
+                "the material libraries have more than {most}"
+            )));
         }
         self.add_library(&bytes, &name)?;
         let capacity = bytes.capacity();
@@ -100,19 +104,18 @@ impl Obj<'_> {
     }
 
     /// Adds the materials of a library.
-    fn add_library(&mut self, text: &[u8], path: &Path) -> Result<(), String> {
+    fn add_library(&mut self, text: &[u8], path: &Path) -> Result<(), Reason> {
         let most = MAX_MATERIALS - self.surfaces.len();
         let files = (&mut self.texture_files, &mut self.images);
         let materials = mtl::parse(text, path, &mut self.notes, files, self.budget, most)?;
         if !self.images.is_empty() && !std::mem::replace(&mut self.keeps_uvs, true) {
             self.uvs_are_late = self.texture_coordinates > 0 || !self.corners.is_empty();
         }
-        let room = self.budget.reserve(&mut self.surfaces, materials.len());
-        room.map_err(|error| error.to_string())?;
+        self.budget.reserve(&mut self.surfaces, materials.len())?;
         let reserved = self.surface_by_name.try_reserve(materials.len());
-        reserved.map_err(|_| BudgetError::NoMemory.to_string())?;
+        reserved.map_err(|_| BudgetError::NoMemory)?;
         for (name, surface, shift) in materials {
-            self.add_shift(shift).map_err(|error| error.to_string())?;
+            self.add_shift(shift)?;
             self.surface_by_name.insert(name, self.surfaces.len() as u32);
             self.surfaces.push(surface);
         }

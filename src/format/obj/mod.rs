@@ -282,7 +282,10 @@ impl<'b> Obj<'b> {
             // The second pass only looks for an index.
             b"mtllib" if limits.is_none() => {
                 let read = self.library(name(&words), path, open);
-                read.map_err(|message| TextFault::new(place.start..words.end_of_words(), message))?;
+                read.map_err(|reason| {
+                    let range = place.start..words.end_of_words();
+                    TextFault::new(range, reason.message).with_kind(reason.kind)
+                })?;
             }
             b"vt" => {
                 self.texture_coordinates += 1;

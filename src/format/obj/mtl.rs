@@ -3,10 +3,11 @@
 //! the mesh is shown all the same.
 
 use super::super::{
-    budget::Budget,
+    budget::{Budget, BudgetError},
     left_out::{LeftOut, MOST_NAMES, counted, name_list},
     mesh::{Surface, add_texture_file},
     place::{TextFault, Words, after_mark},
+    reason::Reason,
     textures::Images,
 };
 use super::{
@@ -39,7 +40,7 @@ pub(super) fn parse(
     (texture_files, images): (&mut Vec<PathBuf>, &mut Images),
     budget: &Budget,
     most: usize,
-) -> Result<Vec<(Vec<u8>, Surface, Shift)>, String> {
+) -> Result<Vec<(Vec<u8>, Surface, Shift)>, Reason> {
     let mut materials: Vec<Reading<'_>> = Vec::new();
     let mut left_out = NotRead::default();
     let (mut start, mut has_faults, mut has_bright) = (after_mark(text), false, false);
@@ -53,7 +54,7 @@ pub(super) fn parse(
         let keyword = written.to_ascii_lowercase();
         if keyword == b"newmtl" {
             if materials.len() == most {
-                return Err(format!("more than {MAX_MATERIALS} materials"));
+                return Err(Reason::limit(format!("more than {MAX_MATERIALS} materials")));
             }
             start_material(&mut materials, words.text(words.rest()), budget)?;
             continue;
@@ -111,10 +112,9 @@ pub(super) fn parse(
     Ok(surfaces.collect())
 }
 
-fn start_material(materials: &mut Vec<Reading<'_>>, name: &[u8], budget: &Budget) -> Result<(), String> {
-    let room = budget.take(name.len() + NAME_BYTES);
-    room.and_then(|()| budget.reserve(materials, 1))
-        .map_err(|error| error.to_string())?;
+fn start_material(materials: &mut Vec<Reading<'_>>, name: &[u8], budget: &Budget) -> Result<(), BudgetError> {
+    budget.take(name.len() + NAME_BYTES)?;
+    budget.reserve(materials, 1)?;
     materials.push(Reading::new(name.to_vec()));
     Ok(())
 }
@@ -264,7 +264,7 @@ impl<'a> Reading<'a> {
         file: &TextureFile<'a>,
         (path, images): (&Path, &mut Images),
         budget: &Budget,
-    ) -> Result<bool, String> {
+    ) -> Result<bool, BudgetError> {
         let [of_base, of_mask, of_emission, of_specular, of_normals] = &mut self.shifts;
         let (map, shift) = match keyword {
             b"map_kd" => {
@@ -289,7 +289,7 @@ impl<'a> Reading<'a> {
             _ => return Ok(false),
         };
         let image = images.number(path, &file.name(), budget);
-        *map = image.map_err(|error| error.to_string())?.map(|image| Texture {
+        *map = image?.map(|image| Texture {
             image,
             wrap: [file.options.wrap; 2],
             nearest: false,

@@ -1,6 +1,6 @@
 //! Decodes images, within limits of size and memory.
 
-use super::{Budget, Content, Encoded, Image, Made, heights};
+use super::{Budget, Content, Encoded, Image, Made, heights, palette::Palette};
 use crate::{
     error::{decoder_reason, in_bytes},
     format::reason::Reason,
@@ -12,6 +12,7 @@ use image::{
 };
 use rayon::prelude::*;
 use std::{
+    borrow::Cow,
     io::Cursor,
     panic::{AssertUnwindSafe, catch_unwind},
     path::Path,
@@ -28,6 +29,7 @@ pub(in crate::format) const HEADER_BYTES: u64 = 8 << 20;
 struct Header<'a> {
     bytes: &'a [u8],
     format: ImageFormat,
+    palette: Option<Palette>,
     size: [u32; 2],
     /// What decoding it takes until the image is made, bytes.
     needed: u64,
@@ -123,13 +125,16 @@ fn header<'a>(encoded: &Encoded<'a>) -> Result<Header<'a>, String> {
     let format = format.filter(|format| matches!(format, Png | Jpeg | WebP | Bmp | Tga | Gif | Tiff));
     let expected = "unknown kind of picture, expected PNG, JPEG, WebP, BMP, TGA, GIF or TIFF";
     let format = format.ok_or(expected)?;
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let palette = Palette::of_tiff(bytes).filter(|_| format == Tiff);
+    let mut reader = reader(bytes, format, palette.as_ref());
     reader.limits(limits(HEADER_BYTES));
     let decoder = reader.into_decoder();
     let decoder = decoder.map_err(|error| match error {
-        // Such as palettes, and floating-point grey.
+        // Such as floating-point grey.
         ImageError::Unsupported(_) if format == Tiff => {
-            "this kind of TIFF is not read, expected grey or RGB of 8 or 16 bits: convert it, for example to PNG".to_owned()
+            "this kind of TIFF is not read, expected grey or RGB of 8 or 16 bits, or a palette of 256 colours: convert it, \
+             for example to PNG"
+                .to_owned()
         }
         error => sentence(&error),
     })?;
@@ -140,19 +145,36 @@ fn header<'a>(encoded: &Encoded<'a>) -> Result<Header<'a>, String> {
         ));
     }
     let pixels = u64::from(width) * u64::from(height);
+    // The copy of the file, and the colours of the indices.
+    let beside = palette.map_or(0, |_| bytes.len() as u64 + 3 * pixels);
     Ok(Header {
         bytes,
         format,
+        palette,
         size: [width, height],
         // Decoded, as RGBA, and what a decoder keeps beside: coefficients or planes.
-        needed: decoder.total_bytes().saturating_mul(2) + 4 * pixels + DECODER_BYTES,
+        needed: decoder.total_bytes().saturating_mul(2) + 4 * pixels + beside + DECODER_BYTES,
     })
 }
 
+/// A reader of the file, or of the indices into its palette.
+fn reader<'a>(
+    bytes: &'a [u8],
+    format: ImageFormat,
+    palette: Option<&Palette>,
+) -> ImageReader<Cursor<Cow<'a, [u8]>>> {
+    let bytes = palette.map_or(Cow::Borrowed(bytes), |palette| palette.as_grey(bytes).into());
+    ImageReader::with_format(Cursor::new(bytes), format)
+}
+
 fn rgba(header: &Header<'_>) -> Result<RgbaImage, String> {
-    let mut reader = ImageReader::with_format(Cursor::new(header.bytes), header.format);
+    let palette = header.palette.as_ref();
+    let mut reader = reader(header.bytes, header.format, palette);
     reader.limits(limits(header.needed));
-    let decoded: DynamicImage = reader.decode().map_err(|error| sentence(&error))?;
+    let mut decoded: DynamicImage = reader.decode().map_err(|error| sentence(&error))?;
+    if let Some(palette) = palette {
+        decoded = palette.colors(decoded);
+    }
     Ok(decoded.into_rgba8())
 }
 

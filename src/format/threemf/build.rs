@@ -8,7 +8,7 @@ use super::{
     properties::Palette,
 };
 use crate::{
-    error::{LoadError, SceneError, quote},
+    error::{LoadError, LoadErrorKind, SceneError, quote},
     format::{
         budget::BudgetError,
         mesh::most_triangles,
@@ -163,13 +163,17 @@ impl<'a> Building<'a> {
             reference.model = found;
         }
         let key = (found, id);
-        let too_deep = || format!("components nest more than {MAX_DEPTH} deep");
+        let too_deep = |builder: &mut Self, place| {
+            let message = format!("components nest more than {MAX_DEPTH} deep");
+            let fault = builder.fault(model, place, message);
+            fault.with_kind(LoadErrorKind::Limit)
+        };
         let total = match self.totals.get(&key) {
             Some(Some(total)) => *total,
             Some(None) => {
                 return Err(self.fault(model, place, format!("object {id} contains itself")));
             }
-            None if depth == MAX_DEPTH => return Err(self.fault(model, place, too_deep())),
+            None if depth == MAX_DEPTH => return Err(too_deep(self, place)),
             None => {
                 let Some(object) = self.models[found].1.objects.get(&id) else {
                     return Err(self.fault(model, place, format!("there is no object {id}")));
@@ -182,7 +186,7 @@ impl<'a> Building<'a> {
             }
         };
         if total.depth > MAX_DEPTH {
-            return Err(self.fault(model, place, too_deep()));
+            return Err(too_deep(self, place));
         }
         Ok(total)
     }

@@ -4,7 +4,7 @@
 
 use super::xml::{Attribute, Tag, Xml};
 use crate::{
-    error::quote,
+    error::{LoadErrorKind, quote},
     format::{
         budget::Budget,
         left_out::LeftOut,
@@ -420,7 +420,8 @@ impl Palette {
         // Two are kept for triangles without a material.
         if self.surfaces.len() + 2 >= MAX_MATERIALS {
             let message = format!("more than {} materials and textures", MAX_MATERIALS - 2);
-            return Err(TextFault::new(tag.place.clone(), message));
+            let fault = TextFault::new(tag.place.clone(), message);
+            return Err(fault.with_kind(LoadErrorKind::Limit));
         }
         budget.reserve(&mut self.surfaces, 1)?;
         self.surfaces.push(surface);

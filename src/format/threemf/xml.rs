@@ -3,7 +3,7 @@
 //! quick-xml finds the tags. Nothing is copied: tags and attributes are slices of the text.
 
 use crate::{
-    error::{SceneError, quote},
+    error::{LoadErrorKind, SceneError, quote},
     format::{
         offset::Offset,
         place::{TextFault, after_mark, refuse_binary},
@@ -87,7 +87,7 @@ impl<'a> Xml<'a> {
                     self.open.push(tag.full_name());
                     if self.open.len() > MAX_DEPTH {
                         let message = format!("XML elements nest more than {MAX_DEPTH} deep");
-                        return Err(TextFault::new(tag.place, message));
+                        return Err(TextFault::new(tag.place, message).with_kind(LoadErrorKind::Limit));
                     }
                     return Ok(Some(tag));
                 }

@@ -51,14 +51,50 @@ fn a_frame_that_fails_is_left_for_the_one_that_is_shown() {
     playback.toggle(start);
     assert!(playback.go_on(playback.next().unwrap()) && playback.plays());
     // Frame 4 failed: 3 is on the screen.
-    playback.stop_at(3);
+    playback.stop_at(3, 4);
     assert!(!playback.plays() && playback.next().is_none());
     playback.step(-1);
     assert_eq!(playback.frame(), 2);
-    playback.stop_at(0);
+    playback.stop_at(0, 2);
     assert_eq!(playback.frame(), 1);
-    playback.stop_at(10);
+    playback.stop_at(10, 2);
     assert_eq!(playback.frame(), 9);
+}
+
+#[test]
+fn steps_go_past_frames_that_fail() {
+    let start = Instant::now();
+    let mut playback = Playback::new(9, 25);
+    let mut step = |steps: i64, failed: Option<u32>, shown: u32| {
+        playback.step(steps);
+        let frame = playback.frame();
+        if let Some(failed) = failed {
+            assert_eq!(frame, failed);
+            playback.stop_at(shown, failed);
+        }
+        frame
+    };
+    // Frames 2 and 3 fail.
+    assert_eq!(step(1, Some(2), 1), 2);
+    assert_eq!(step(1, Some(3), 1), 3);
+    assert_eq!([step(1, None, 0), step(-1, Some(3), 4)], [4, 3]);
+    // The other way, steps count from the frame that is shown.
+    assert_eq!(step(1, None, 0), 5);
+    assert_eq!(step(-1, None, 0), 4);
+    assert_eq!(
+        [step(-1, Some(3), 4), step(-1, Some(2), 4), step(-1, None, 0)],
+        [3, 2, 1]
+    );
+    // Playback goes past them, too.
+    assert_eq!(step(1, Some(2), 1), 2);
+    playback.toggle(start);
+    assert!(playback.go_on(playback.next().unwrap()));
+    assert_eq!(playback.frame(), 3);
+    // A file that is loaded again has other frames.
+    playback.stop_at(1, 3);
+    playback.set_count(5);
+    playback.step(1);
+    assert_eq!(playback.frame(), 2);
 }
 
 /// The window goes back to the frame that is shown, which the worker then finishes.

@@ -37,7 +37,69 @@ fn gif_and_tiff_are_shown() {
     }
 }
 
-/// A TIFF image with a palette, which the decoder does not know.
+/// A TIFF image of 2x1 pixels with a palette, of which it uses the second and the last colour. `word` writes a number, `most`
+/// stands for full light.
+fn with_palette(head: &[u8], word: fn(u16) -> [u8; 2], most: u16) -> Vec<u8> {
+    let long = |number: u32| {
+        let [high, low] = [(number >> 16) as u16, number as u16].map(word);
+        if head[0] == b'M' { [high, low] } else { [low, high] }.concat()
+    };
+    let (first, pixels) = (8_u32, 8 + 2 + 9 * 12 + 4);
+    let short = |tag: u16, value: u16| {
+        [
+            &[word(tag), word(3), word(0), word(0)].concat()[..4],
+            &long(1),
+            &word(value),
+            &[0, 0],
+        ]
+        .concat()
+    };
+    let long_entry = |tag: u16, kind: u16, count: u32, value: u32| {
+        [&[word(tag), word(kind)].concat()[..], &long(count), &long(value)].concat()
+    };
+    let mut bytes = [head, &long(first), &word(9)].concat();
+    for entry in [
+        short(256, 2),
+        short(257, 1),
+        short(258, 8),
+        short(259, 1),
+        short(262, 3),
+        long_entry(273, 4, 1, pixels),
+        short(278, 1),
+        long_entry(279, 4, 1, 2),
+        long_entry(320, 3, 768, pixels + 2),
+    ] {
+        bytes.extend(entry);
+    }
+    bytes.extend(long(0));
+    bytes.extend([1, 255]);
+    let mut map = [0; 768];
+    (map[1], map[512 + 255]) = (most, most);
+    bytes.extend(map.into_iter().flat_map(word));
+    bytes
+}
+
+#[test]
+fn palettes_of_tiff_are_shown() {
+    for tiff in [
+        with_palette(b"II*\0", u16::to_le_bytes, 0xffff),
+        with_palette(b"MM\0*", u16::to_be_bytes, 0xffff),
+        with_palette(b"II*\0", u16::to_le_bytes, 0xff),
+    ] {
+        let (scene, notes) = obj_scene("Kd 1 1 1\nmap_Kd a.png", &tiff);
+        assert!(notes.is_empty(), "{notes:?}");
+        let film = film(&scene, &above(), sized(64));
+        let [left, right] = [15, 48].map(|x| film.pixels()[32 * 64 + x]);
+        assert!(left[0] > 0.9 && left[2] < 0.1, "{left:?}");
+        assert!(right[2] > 0.9 && right[0] < 0.1, "{right:?}");
+        // Cut short, it is refused or read, and nothing worse.
+        for length in 0..tiff.len() {
+            obj_scene("Kd 1 1 1\nmap_Kd a.png", &tiff[..length]);
+        }
+    }
+}
+
+/// A TIFF image that promises a palette, but has none.
 #[test]
 fn what_to_do_with_other_tiff_is_said() {
     let mut tiff = written(image::ImageFormat::Tiff);
@@ -46,8 +108,8 @@ fn what_to_do_with_other_tiff_is_said() {
     let at = tiff.windows(8).position(|bytes| bytes == key).expect("an entry");
     tiff[at + 8] = 3;
     let (_, notes) = obj_scene("map_Kd a.png", &tiff);
-    let expected = "a.obj: texture a.png is not shown: this kind of TIFF is not read, expected grey or RGB of 8 or 16 bits: \
-                    convert it, for example to PNG";
+    let expected = "a.obj: texture a.png is not shown: this kind of TIFF is not read, expected grey or RGB of 8 or 16 bits, \
+                    or a palette of 256 colours: convert it, for example to PNG";
     assert_eq!(notes, [expected]);
 }
 

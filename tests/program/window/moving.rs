@@ -75,6 +75,29 @@ fn frames_change(viewer: &Viewer) {
     }
 }
 
+/// A frame that cannot be shown is said, and steps go past it.
+pub fn step_past_a_frame(screen: &Screen) {
+    let scene = "light 9 -4 10 0.7\nsphere 0 0 0 1\n\
+                 camera eye 4 0 0 target 0 0 0\n  at 1\n  at 3 eye -4 0 0\n";
+    let mut viewer = Viewer::open_file(screen, "b.scn", scene, SIZE, &["--samples=1"]);
+    let stands_at = |frame: u32| {
+        wait_for("the frame", || {
+            let title = viewer.title();
+            let is_there = title.contains(&format!("frame {frame}/3 ")) && title.ends_with("done");
+            if is_there { Ok(()) } else { Err(title) }
+        });
+        let options = ["--samples=1", &format!("--frames={frame}")];
+        viewer.wait_for_picture("the frame", &viewer.render(&options), BELOW_MESSAGE);
+    };
+    stands_at(1);
+    viewer.key("period");
+    viewer.wait_for_change("why frame 2 fails", &viewer.render(&["--frames=1"]), 0.005);
+    assert!(viewer.title().contains("frame 1/3 "), "{}", viewer.title());
+    viewer.key("period");
+    stands_at(3);
+    viewer.quit("q");
+}
+
 /// The animation of a mesh is loaded when it is asked for, and each frame is what render makes of it.
 pub fn play_a_mesh(screen: &Screen) {
     let options = ["--samples=auto", "--fps=4"];

@@ -34,8 +34,12 @@ fn files_appear_and_the_command_is_told() {
 }
 
 #[test]
-fn too_small_counts_are_refused() {
+fn counts_out_of_range_are_usage_errors() {
     let folder = tempfile::tempdir().unwrap();
-    let text = run(&plan(Kind::Blobs, folder.path(), 0, 3)).unwrap_err().text();
-    assert!(text.unwrap().contains("expected 1000 to"));
+    // The largest is refused by its number, also where memory is short.
+    for count in [3, usize::MAX] {
+        let error = run(&plan(Kind::Blobs, folder.path(), 0, count)).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+        assert!(error.text().unwrap().contains("expected 1000 to"));
+    }
 }

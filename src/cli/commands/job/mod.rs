@@ -10,8 +10,11 @@ mod engines;
 
 use crate::{
     cli::{
-        CliError,
-        plan::{FOCUS, Frame, InputKind, Job, JobPlan, aov_path, has_number, is_for_meshes, of_frame, stem},
+        CliError, load,
+        plan::{
+            FOCUS, Frame, InputKind, InputPlan, Job, JobPlan, StartView, aov_path, has_number, is_for_meshes,
+            of_frame, stem,
+        },
         report,
         write::AovKind,
     },
@@ -117,21 +120,25 @@ fn work(plan: &JobPlan) -> Result<Work, CliError> {
         }
         Some(grid) => {
             check_tiles(plan, grid, count)?;
-            for (i, (job, frame)) in frames().enumerate() {
-                let number = (count > 1).then_some(i + 1);
-                let tiles = Tiles {
-                    plan,
-                    job,
-                    frame,
-                    number,
-                };
-                tiles.add(grid, &mut commands, &mut merges)?;
+            let mut numbers = 1..;
+            for job in jobs {
+                let options = options(plan, job);
+                for frame in &job.frames {
+                    let tiles = Tiles {
+                        plan,
+                        job,
+                        options: &options,
+                        frame,
+                        number: numbers.next().filter(|_| count > 1),
+                    };
+                    tiles.add(grid, &mut commands, &mut merges)?;
+                }
             }
             plan.chunk as usize
         }
     };
     let directory = env::current_dir()
-        .map_err(|error| CliError::Failed(format!("cannot find the current directory: {error}")))?;
+        .map_err(|error| CliError::Failed(format!("cannot find the current folder: {error}")))?;
     let directory = text(&directory)?.to_owned();
     // Not all engines need it in a line, but none takes control characters.
     line([directory.as_str()])?;
@@ -189,10 +196,34 @@ fn is_still(plan: &JobPlan, job: &Job) -> bool {
 
 /// The options of a scene's tasks. The frames per second matter only where they decide what a frame shows.
 fn options(plan: &JobPlan, job: &Job) -> Vec<String> {
-    let mut options = plan.options.clone();
-    let is_played = job.input.mesh.playback.is_some();
+    // What does not apply is a default of the config file: on the command line it was refused.
+    let input = &job.input;
+    let applies = |option: &&String| match option.split('=').next() {
+        _ if input.kind == InputKind::Scene && is_for_meshes(option) => false,
+        Some("--environment" | "--environment-rotate") => input.mesh.environment.is_some(),
+        Some("--animation" | "--animation-time") => input.mesh.moment.is_some(),
+        Some(FOCUS) => !input.camera.defaults.contains(&FOCUS) || has_lens(input, job.scene_memory),
+        Some("--ortho") => input.camera.fits_ortho || *option != "--ortho=fit",
+        _ => true,
+    };
+    let mut options: Vec<String> = plan.options.iter().filter(applies).cloned().collect();
+    let is_played = input.mesh.playback.is_some();
     options.extend(is_played.then(|| format!("--fps={}", plan.render.fps)));
     options
+}
+
+/// Whether there is a lens to focus: of the options, or of the scene's own camera.
+fn has_lens(input: &InputPlan, memory: u64) -> bool {
+    if let Some(aperture) = input.camera.aperture {
+        return aperture > 0.0;
+    }
+    let is_own = matches!(input.camera.start, StartView::Default | StartView::Named(_));
+    if input.kind != InputKind::Scene || !is_own {
+        return false;
+    }
+    // What cannot be loaded is refused by the tasks.
+    let loaded = load::load_and_list(input, memory, &mut Vec::new());
+    loaded.is_ok_and(|loaded| loaded.camera.view().lens.aperture > 0.0)
 }
 
 /// Calls for the frames of a scene: a chunk of consecutive frames each.
@@ -240,9 +271,10 @@ fn frame_commands(plan: &JobPlan, job: &Job) -> Result<Vec<String>, CliError> {
 struct Tiles<'a> {
     plan: &'a JobPlan,
     job: &'a Job,
+    options: &'a [String],
     frame: &'a Frame,
     /// The picture's number, if there are several.
-    number: Option<usize>,
+    number: Option<u32>,
 }
 
 impl Tiles<'_> {
@@ -275,7 +307,7 @@ impl Tiles<'_> {
                     .folder
                     .join("tiles")
                     .join(format!("{number}{x0}-{y0}.{extension}"));
-                let mut words = options(self.plan, self.job);
+                let mut words = self.options.to_vec();
                 words.extend(force(self.plan, self.frame));
                 let turn = self.frame.turn.filter(|_| !is_still(self.plan, self.job));
                 words.extend(turn.map(|turn| format!("--frames={}", turn.number)));
@@ -312,19 +344,7 @@ fn force(plan: &JobPlan, frame: &Frame) -> Option<String> {
 fn render(options: &[String], job: &Job) -> Result<String, CliError> {
     let scene = text(&job.input.path)?;
     let words = ["octray", "render", "--no-config", "--quiet", "--skip-existing"];
-    // What does not apply is a default of the config file: on the command line it was refused.
-    let input = &job.input;
-    let applies = |option: &&str| match option.split('=').next() {
-        _ if input.kind == InputKind::Scene && is_for_meshes(option) => false,
-        Some("--environment" | "--environment-rotate") => input.mesh.environment.is_some(),
-        Some("--animation" | "--animation-time") => input.mesh.moment.is_some(),
-        // Without a lens there is nothing to focus.
-        Some("--focus") => input.camera.aperture.is_some() || !input.camera.defaults.contains(&FOCUS),
-        Some("--ortho") => input.camera.fits_ortho || *option != "--ortho=fit",
-        _ => true,
-    };
-    let options = options.iter().map(String::as_str).filter(applies);
-    let words = words.into_iter().chain(options);
+    let words = words.into_iter().chain(options.iter().map(String::as_str));
     line(words.chain(["--", scene]))
 }
 
@@ -405,13 +425,13 @@ impl Made {
 /// Makes a folder, or accepts an empty one: an old job's tiles would be mistaken for this one's.
 fn make_folder(folder: &Path) -> Result<(), CliError> {
     let failed =
-        |error: &io::Error| CliError::writing(&format!("to the directory {}", clip_path(folder)), error);
+        |error: &io::Error| CliError::writing(&format!("to the folder {}", clip_path(folder)), error);
     fs::create_dir_all(folder).map_err(|error| CliError::making(folder, &error))?;
     let mut found = fs::read_dir(folder).map_err(|error| failed(&error))?;
     match found.next() {
         None => Ok(()),
         Some(_) => Err(CliError::Failed(format!(
-            "the directory {} is not empty; name a new one with --into",
+            "the folder {} is not empty; name a new one with --into",
             clip_path(folder)
         ))),
     }
