@@ -179,7 +179,7 @@ impl Drop for Temporary {
 /// The error that no file can be made in a folder. That of /proc and the like is "not found", as if there were no folder.
 fn said(error: io::Error, folder: &Path) -> io::Error {
     if error.kind() == io::ErrorKind::NotFound && folder.is_dir() {
-        return io::Error::other("its folder does not accept new files");
+        return io::Error::other("its directory does not accept new files");
     }
     error
 }

@@ -62,25 +62,25 @@ impl CliError {
     pub fn writing(what: &str, error: &io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::BrokenPipe => Self::ClosedPipe,
-            // A file that is written need not exist, but its folder must.
+            // A file that is written need not exist, but its directory must.
             io::ErrorKind::NotFound => {
-                Self::Failed(format!("cannot write {what}: its folder does not exist"))
+                Self::Failed(format!("cannot write {what}: its directory does not exist"))
             }
             _ => Self::Failed(format!("cannot write {what}: {}", io_reason(error))),
         }
     }
 
-    /// A folder could not be made.
+    /// A directory could not be made.
     #[must_use]
     pub fn making(folder: &Path, error: &io::Error) -> Self {
         let is_file = |path: &&Path| path.exists() && !path.is_dir();
         let why = match folder.ancestors().find(is_file) {
-            Some(file) => format!("`{}` is a file, expected a folder", clip_path(file)),
+            Some(file) => format!("`{}` is a file, expected a directory", clip_path(file)),
             // Of /proc and the like.
-            None if error.kind() == io::ErrorKind::NotFound => "no folder can be made there".into(),
+            None if error.kind() == io::ErrorKind::NotFound => "no directory can be made there".into(),
             None => io_reason(error),
         };
-        Self::Failed(format!("cannot make the folder {}: {why}", clip_path(folder)))
+        Self::Failed(format!("cannot make the directory {}: {why}", clip_path(folder)))
     }
 }
 

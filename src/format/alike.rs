@@ -28,7 +28,7 @@ pub(super) fn instead_of(path: &Path) -> Option<String> {
         _ => Path::new("."),
     };
     if !folder.exists() {
-        return Some(format!("folder `{}` does not exist", folder.display()));
+        return Some(format!("directory `{}` does not exist", folder.display()));
     }
     let names = names_in(folder)?;
     let wanted = path.file_name()?.to_string_lossy().into_owned();

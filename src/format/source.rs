@@ -155,7 +155,7 @@ fn check_is_file(metadata: &Metadata) -> io::Result<()> {
     if metadata.is_dir() {
         return Err(io::Error::new(
             io::ErrorKind::IsADirectory,
-            "this is a folder, expected a file",
+            "this is a directory, expected a file",
         ));
     }
     if !metadata.is_file() {

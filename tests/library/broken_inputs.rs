@@ -391,7 +391,7 @@ fn files_that_are_none() {
     assert_eq!(refused("missing", &inside("no.scn")), "SCENE: file not found");
     assert_eq!(
         refused("a folder", folder.path()),
-        "SCENE: this is a folder, expected a file"
+        "SCENE: this is a directory, expected a file"
     );
     assert!(load(Path::new("")).is_err());
     let deep: PathBuf = std::iter::repeat_n("deep", 2000).collect();
@@ -409,7 +409,7 @@ fn files_that_are_none() {
         0
     );
     for (mesh, reason) in [
-        (".", "this is a folder, expected a file"),
+        (".", "this is a directory, expected a file"),
         ("no.ply", "file not found"),
     ] {
         fs::write(inside("mesh.scn"), format!("\n  ply_file {mesh}")).expect("written");

@@ -476,7 +476,7 @@ fn mesh_errors_suggest_a_remedy() {
         "squre.obj: file not found; did you mean `square.obj`?",
     );
     folder.fails(&["square.ply"], 1, "did you mean `square.obj`?");
-    folder.fails(&["no/square.obj"], 1, "folder `no` does not exist");
+    folder.fails(&["no/square.obj"], 1, "directory `no` does not exist");
     folder.fails(&[".\\square.obj"], 1, "write `/` instead of `\\`");
     folder.fails(&["a.scn", "--ground"], 2, "--ground applies to meshes only");
     folder.fails(

@@ -84,7 +84,7 @@ fn inputs_are_checked_before_rendering() {
     for (last, words) in [
         ("b.scn", "b.scn: file not found; did you mean `a.scn` or `c.scn`?"),
         ("a.obj", "a.obj: file not found; did you mean `a.ply` or `a.scn`?"),
-        (".", ".: this is a folder"),
+        (".", ".: this is a directory"),
         ("a.fbx", "this is an FBX file, which octray does not read"),
     ] {
         folder.fails(&["c.scn", last, SMALL, "-o", "{stem}-1.png"], 1, words);

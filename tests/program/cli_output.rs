@@ -154,25 +154,25 @@ fn unwritable_outputs_are_refused_before_rendering() {
     let folder = Folder::new();
     fs::create_dir(folder.path("folder.png")).unwrap();
     symlink("loop.png", folder.path("loop.png")).unwrap();
-    folder.fails(&["a.scn", "-o", "folder.png"], 1, "it is a folder");
-    folder.fails(&["a.scn", "-o", "."], 1, "it is a folder");
+    folder.fails(&["a.scn", "-o", "folder.png"], 1, "it is a directory");
+    folder.fails(&["a.scn", "-o", "."], 1, "it is a directory");
     folder.fails(&["a.scn", "-o", "new/"], 1, "such as new/{stem}.png");
     folder.fails(
         &["a.scn", "-o", "no/such/a.png"],
         1,
-        "folder `no/such` does not exist",
+        "directory `no/such` does not exist",
     );
     if cfg!(target_os = "linux") {
         folder.fails(
             &["a.scn", "-o", "/proc/a.png"],
             1,
-            "its folder does not accept new files",
+            "its directory does not accept new files",
         );
     }
     folder.fails(
         &["a.scn", "-o", "a.scn/a.png"],
         1,
-        "`a.scn` is a file, expected a folder",
+        "`a.scn` is a file, expected a directory",
     );
     folder.fails(&["a.scn", "-o", "loop.png"], 1, "symbolic links");
     folder.fails(

@@ -163,7 +163,7 @@ fn a_folder_that_vanishes_during_rendering() {
     // A folder takes the place of the picture.
     let child = started(&folder, &["-", "-o", "b.png"]);
     fs::create_dir(folder.path("b.png")).unwrap();
-    finish(child, SCENE).failed(1, "cannot write b.png: it is a folder");
+    finish(child, SCENE).failed(1, "cannot write b.png: it is a directory");
     assert_eq!(folder.names(), ["a.scn", "b.png", "out"]);
 }
 

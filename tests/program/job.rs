@@ -425,12 +425,12 @@ fn what_is_no_job() {
         (
             "a.scn --for slurm --into .",
             1,
-            "the folder . is not empty; name a new one with --into",
+            "the directory . is not empty; name a new one with --into",
         ),
         (
             "a.scn --for slurm --into a.scn",
             1,
-            "cannot make the folder a.scn: `a.scn` is a file, expected a folder",
+            "cannot make the directory a.scn: `a.scn` is a file, expected a directory",
         ),
     ] {
         let line = format!("job {line}");

@@ -354,7 +354,7 @@ fn commands_and_inputs() {
     folder.fails(
         &["scenes"],
         1,
-        "scenes: this is a folder, expected files such as scenes/*.scn",
+        "scenes: this is a directory, expected files such as scenes/*.scn",
     );
 }
 

@@ -286,7 +286,7 @@ fn tiles_that_do_not_fit_are_refused() {
     folder.fails(
         &["merge", "a.png", "b.png", "-o", "none/new.png"],
         1,
-        "folder `none` does not exist",
+        "directory `none` does not exist",
     );
     folder.fails(
         &["merge", "a.png", "b.png", "-o", "new.png", "--max-memory", "1K"],

@@ -112,7 +112,7 @@ fn json_of_every_command() {
         assert!(!written[field].is_null() && !printed[field].is_null(), "{line}");
         let mut arguments: Vec<&str> = line.split(' ').collect();
         arguments.extend(["--json", "no/made.json"]);
-        let words = "cannot write no/made.json: folder `no` does not exist";
+        let words = "cannot write no/made.json: directory `no` does not exist";
         folder.fails(&arguments, 1, words);
     }
     folder.fails(
@@ -125,8 +125,8 @@ fn json_of_every_command() {
         2,
         "both the picture and the JSON would be written to a.png",
     );
-    folder.fails(&["a.scn", "--json", "."], 1, "it is a folder");
-    folder.fails(&["a.scn", "--json", "new/"], 1, "it is a folder");
+    folder.fails(&["a.scn", "--json", "."], 1, "it is a directory");
+    folder.fails(&["a.scn", "--json", "new/"], 1, "it is a directory");
     if cfg!(target_os = "linux") {
         folder.run_line("info a.scn --json /dev/null").succeeded();
         let kind = fs::metadata("/dev/null").unwrap().file_type();
@@ -454,7 +454,7 @@ fn files_of_other_kinds_are_refused() {
         1,
         "mesh.off.gz: this is compressed by gzip, expected a scene or a mesh",
     );
-    folder.fails(&["."], 1, "this is a folder");
+    folder.fails(&["."], 1, "this is a directory");
     folder.write("scene.txt", "// A scene\nsphere 0 0 0 1\n");
     folder.run_line("scene.txt -s 8x8").succeeded();
     folder.write("misspelt.txt", "sphre 0 0 0 1\n");

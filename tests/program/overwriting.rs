@@ -75,8 +75,8 @@ fn a_derived_name_replaces_only_pictures_of_octray() {
     assert_eq!(folder.names(), ["a.png", "a.scn"]);
     fs::remove_file(folder.path("a.png")).unwrap();
     fs::create_dir(folder.path("a.png")).unwrap();
-    folder.fails(&["a.scn"], 1, "it is a folder");
-    folder.fails(&["a.scn", "--force"], 1, "it is a folder");
+    folder.fails(&["a.scn"], 1, "it is a directory");
+    folder.fails(&["a.scn", "--force"], 1, "it is a directory");
 }
 
 #[test]
@@ -221,7 +221,7 @@ fn names_in_a_config_file_are_not_typed() {
 #[test]
 fn generated_files_replace_only_generated_ones() {
     let folder = Folder::new();
-    // In a folder that does not exist yet.
+    // In a directory that does not exist yet.
     folder
         .run_line("generate flake --count 2 -o new --json new/a.json")
         .succeeded();
@@ -240,7 +240,7 @@ fn generated_files_replace_only_generated_ones() {
         folder.fails(
             &arguments,
             1,
-            "was not made by `octray generate`; name another folder",
+            "was not made by `octray generate`; name another directory",
         );
         assert!(read(&folder, name).ends_with(b"mine\n"));
         folder.run_line(&format!("{generate} --force")).succeeded();

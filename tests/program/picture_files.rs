@@ -199,5 +199,5 @@ fn impossible_combinations_are_refused() {
         folder.fails(&arguments, 2, words);
     }
     std::fs::create_dir(folder.path("a.depth.png")).unwrap();
-    folder.fails(&["a.scn", "--aov", "depth"], 1, "it is a folder");
+    folder.fails(&["a.scn", "--aov", "depth"], 1, "it is a directory");
 }

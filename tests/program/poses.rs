@@ -466,7 +466,7 @@ fn broken_poses_are_refused() {
     folder.fails(&["a.scn", "--poses=bad.json"], 1, "bad.json:2:");
     folder.fails(&["a.scn", "--poses=empty.json"], 1, "0 frames");
     folder.fails(&["a.scn", "--poses=no.json"], 1, "no.json");
-    folder.fails(&["a.scn", "--poses=."], 1, "this is a folder");
+    folder.fails(&["a.scn", "--poses=."], 1, "this is a directory");
     #[cfg(unix)]
     folder.fails(&["a.scn", "--poses=/dev/zero"], 1, "a pipe or a device");
     folder.fails(&["a.scn", "--poses=bad.json", "--turntable=3"], 2, "--turntable");

@@ -102,7 +102,7 @@ pub const COMPLETIONS: &str = "\
 Examples:
   mkdir -p ~/.local/share/bash-completion/completions
   octray completions bash > ~/.local/share/bash-completion/completions/octray
-  octray completions zsh > _octray          in a folder of $fpath
+  octray completions zsh > _octray          in a directory of $fpath
   mkdir -p ~/.config/fish/completions
   octray completions fish > ~/.config/fish/completions/octray.fish";
 

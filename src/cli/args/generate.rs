@@ -22,7 +22,7 @@ pub struct GenerateArgs {
     #[arg(value_parser = kind_parser())]
     pub kind: Kind,
 
-    /// Folder for KIND.scn and its meshes; created if missing
+    /// Directory for KIND.scn and its meshes; created if missing
     #[arg(short, long, value_name = "FOLDER", default_value = ".")]
     pub output: PathBuf,
 

@@ -41,7 +41,7 @@ pub struct JobArgs {
     #[arg(long = "for", value_name = "ENGINE", value_enum, help_heading = "Job")]
     pub engine: Engine,
 
-    /// Folder for the job's files and tiles; must be empty, created if missing
+    /// Directory for the job's files and tiles; must be empty, created if missing
     #[arg(long, value_name = "FOLDER", help_heading = "Job")]
     pub into: PathBuf,
 

@@ -35,7 +35,7 @@ pub struct RenderArgs {
     /// The picture: .png, .ppm, .qoi, .jpg, .bmp, .tiff or .exr (linear floats); - writes a PNG to standard output.
     /// {stem} stands for the scene's name, {folder} for its folder's, and a run of # for the frame's number. A symbolic link
     /// stays, and the file that it leads to is replaced [default: {stem}.png, or {stem}-####.png for --turntable, --poses and
-    /// --sphere, in the current folder]
+    /// --sphere, in the current directory]
     #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub output: Option<PathBuf>,
 

@@ -114,7 +114,7 @@ fn check_files(plan: &GeneratePlan, files: &[PathBuf]) -> Result<(), CliError> {
         && let Some(file) = files.iter().find(|file| is_foreign(file))
     {
         return Err(CliError::Failed(format!(
-            "{} exists and was not made by `octray generate`; name another folder with -o or replace it with --force",
+            "{} exists and was not made by `octray generate`; name another directory with -o or replace it with --force",
             clip_path(file)
         )));
     }

@@ -165,7 +165,7 @@ impl InputPlan {
         if path.is_dir() {
             let (folder, files) = (clip_path(path), clip_path(&path.join("*.scn")));
             return Err(CliError::Failed(format!(
-                "{folder}: this is a folder, expected files such as {files}"
+                "{folder}: this is a directory, expected files such as {files}"
             )));
         }
         if !is_standard_input(path) {

@@ -222,7 +222,7 @@ impl Output {
         };
         if names_directory(path) || found.as_ref().is_some_and(fs::Metadata::is_dir) {
             return Err(CliError::Failed(format!(
-                "cannot write {name}: it is a folder; name a file in it, such as {}",
+                "cannot write {name}: it is a directory; name a file in it, such as {}",
                 clip_path(&path.join("{stem}.png"))
             )));
         }
@@ -396,9 +396,9 @@ pub fn check_writable(path: &Path, exists: bool, name: &str) -> Result<(), CliEr
     let folder = folder_of(path);
     if !folder.is_dir() {
         let what = if folder.exists() {
-            format!("`{}` is a file, expected a folder", clip_path(folder))
+            format!("`{}` is a file, expected a directory", clip_path(folder))
         } else {
-            format!("folder `{}` does not exist", clip_path(folder))
+            format!("directory `{}` does not exist", clip_path(folder))
         };
         return Err(CliError::Failed(format!("cannot write {name}: {what}")));
     }

@@ -36,10 +36,10 @@ fn names_in_another_case_are_taken_if_there_is_one() {
 fn only_files_are_read() {
     assert_eq!(
         message("/no/such.scn"),
-        "/no/such.scn: file not found; folder `/no` does not exist"
+        "/no/such.scn: file not found; directory `/no` does not exist"
     );
     assert_eq!(message("no_such_file.scn"), "no_such_file.scn: file not found");
-    assert_eq!(message("."), ".: this is a folder, expected a file");
+    assert_eq!(message("."), ".: this is a directory, expected a file");
     if cfg!(unix) {
         assert_eq!(
             message("/dev/zero"),

@@ -138,7 +138,7 @@ fn work(plan: &JobPlan) -> Result<Work, CliError> {
         }
     };
     let directory = env::current_dir()
-        .map_err(|error| CliError::Failed(format!("cannot find the current folder: {error}")))?;
+        .map_err(|error| CliError::Failed(format!("cannot find the current directory: {error}")))?;
     let directory = text(&directory)?.to_owned();
     // Not all engines need it in a line, but none takes control characters.
     line([directory.as_str()])?;
@@ -425,13 +425,13 @@ impl Made {
 /// Makes a folder, or accepts an empty one: an old job's tiles would be mistaken for this one's.
 fn make_folder(folder: &Path) -> Result<(), CliError> {
     let failed =
-        |error: &io::Error| CliError::writing(&format!("to the folder {}", clip_path(folder)), error);
+        |error: &io::Error| CliError::writing(&format!("to the directory {}", clip_path(folder)), error);
     fs::create_dir_all(folder).map_err(|error| CliError::making(folder, &error))?;
     let mut found = fs::read_dir(folder).map_err(|error| failed(&error))?;
     match found.next() {
         None => Ok(()),
         Some(_) => Err(CliError::Failed(format!(
-            "the folder {} is not empty; name a new one with --into",
+            "the directory {} is not empty; name a new one with --into",
             clip_path(folder)
         ))),
     }

@@ -73,7 +73,7 @@ pub(super) fn images_in(path: &Path) -> Result<PathBuf, LoadError> {
         let mut names = ["images.bin", "images.txt"].iter().map(|name| path.join(name));
         return names.find(|images| images.is_file()).ok_or_else(|| {
             let why =
-                "this is a folder without images.bin or images.txt of COLMAP: name a NeRF transforms.json";
+                "this is a directory without images.bin or images.txt of COLMAP: name a NeRF transforms.json";
             LoadError::whole_file(path, why)
         });
     }

@@ -302,7 +302,7 @@ fn a_reconstruction_is_a_folder() {
     let folder = folder.path();
     let error = found(folder, "").expect_err("it is empty");
     assert!(
-        error.contains("this is a folder without images.bin or images.txt"),
+        error.contains("this is a directory without images.bin or images.txt"),
         "{error}"
     );
     let words = pose().map(|number| number.to_string()).join(" ");
