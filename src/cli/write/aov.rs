@@ -38,6 +38,18 @@ pub enum AovKind {
 }
 
 impl AovKind {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Depth,
+        Self::Normal,
+        Self::Albedo,
+        Self::Id,
+        Self::Heat,
+        Self::Mask,
+        Self::Z,
+        Self::Instance,
+    ];
+
     /// As on the command line and in file names.
     pub fn name(self) -> &'static str {
         match self {
@@ -197,7 +209,7 @@ impl Axis {
     }
 
     /// The depth along the view of the pixel with that index.
-    fn z(&self, index: usize, pixel: &Aov) -> f64 {
+    pub fn z(&self, index: usize, pixel: &Aov) -> f64 {
         let (x, y) = (index as u32 % self.width, index as u32 / self.width);
         let point = [(x, 0), (y, 1)].map(|(at, axis)| f64::from(self.first[axis] + at) + 0.5);
         let depth = f64::from(pixel.depth);
@@ -212,7 +224,7 @@ impl Axis {
 }
 
 /// 0 for a miss, 1 outside of instances, then the instances.
-fn instance_number(pixel: &Aov) -> u32 {
+pub fn instance_number(pixel: &Aov) -> u32 {
     match (pixel.primitive, pixel.instance) {
         (PrimitiveId::NONE, _) => 0,
         (_, InstanceId::NONE) => 1,
