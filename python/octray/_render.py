@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import IO, Any, SupportsIndex
+from typing import IO, Any, SupportsFloat, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -38,13 +38,13 @@ def render(
     frame: SupportsIndex | None = None,
     ground: bool = False,
     up_axis: str | None = None,
-    smooth_angle: float | None = None,
-    point_size: float | None = None,
+    smooth_angle: SupportsFloat | None = None,
+    point_size: SupportsFloat | None = None,
     lit_from: ArrayLike | None = None,
     environment: str | bytes | os.PathLike[str] | None = None,
-    environment_rotate: float = 0.0,
+    environment_rotate: SupportsFloat = 0.0,
     animation: str | SupportsIndex | None = None,
-    animation_time: float | None = None,
+    animation_time: SupportsFloat | None = None,
 ) -> dict[str, NDArray[Any]]:
     """Render a scene (``.scn``), a mesh file or a :class:`Mesh`, like the program ``octray``.
 
