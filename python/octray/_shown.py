@@ -56,18 +56,20 @@ def render(mesh: Any, /, **options: Any) -> dict[str, NDArray[Any]]:
         options["up_axis"] = "z"
     colors: dict[str, Any] = dict.fromkeys(("vertex_colors", "face_colors"))
     source: Mesh | io.BytesIO
+    is_translucent = False
     if _is(mesh, "vertices", "faces") and not hasattr(mesh.visual, "material"):
         source = Mesh(mesh.vertices.view(np.ndarray), mesh.faces.view(np.ndarray))
         if mesh.visual.kind in ("vertex", "face"):
             name = f"{mesh.visual.kind}_colors"
             colors[name], is_translucent = _opaque(getattr(mesh.visual, name))
-            _warn(is_translucent)
     elif _is(mesh, "vertices", "faces") or _is(mesh, "vertices", "colors"):
-        source = _glb(mesh.scene())
+        source, is_translucent = _glb(mesh.scene())
     elif _is(mesh, "geometry", "graph"):
-        source = _glb(mesh)
+        source, is_translucent = _glb(mesh)
     else:
         raise ValueError(f"mesh: expected a mesh, point cloud or scene of trimesh, found {_arrays.shown(mesh)}")
+    if is_translucent:
+        warnings.warn("left out: alpha of the colours of vertices or faces", stacklevel=2)
     return rendered(3, source=source, **{**_DEFAULTS, **colors, **options})
 
 
@@ -83,14 +85,11 @@ def _opaque(colors) -> tuple[np.ndarray, bool]:
     return colors[:, :3], bool(colors.shape[1] == 4 and np.any(colors[:, 3] != 255))
 
 
-def _warn(is_translucent: bool) -> None:
-    if is_translucent:
-        warnings.warn("left out: alpha of the colours of vertices or faces", stacklevel=4)
+def _glb(scene) -> tuple[io.BytesIO, bool]:
+    """Return a scene as a GLB file, and whether the alpha of colours is left out.
 
-
-def _glb(scene) -> io.BytesIO:
-    """Return a scene as a GLB file whose colours look as in trimesh, which writes those of vertices, faces and simple materials
-    as if glTF had them in sRGB."""
+    Colours look as in trimesh, which writes those of vertices, faces and simple materials as if glTF had them in sRGB.
+    """
     from trimesh import Scene, Trimesh
     from trimesh.exchange.gltf import export_glb
 
@@ -108,7 +107,6 @@ def _glb(scene) -> io.BytesIO:
             faces, colors = np.arange(3 * count).reshape(-1, 3), np.repeat(part.visual.face_colors, 3, axis=0)
             part = Trimesh(corners, faces, vertex_colors=colors, process=False)
         shown.geometry[name] = part
-    _warn(is_translucent)
 
     def correct(exported):
         for mesh in exported.get("meshes", ()):
@@ -125,7 +123,7 @@ def _glb(scene) -> io.BytesIO:
                 factors["baseColorFactor"] = [*_linear(color[:3]).tolist(), float(color[3])] if is_shown else [1.0] * 4
 
     content = export_glb(shown, include_normals=False, tree_postprocessor=correct)
-    return io.BytesIO(_with_linear_colors(content))
+    return io.BytesIO(_with_linear_colors(content)), is_translucent
 
 
 def _with_linear_colors(content: bytes) -> bytes:
