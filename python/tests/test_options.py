@@ -213,7 +213,8 @@ def test_frames_environments_and_animations(tmp_path):
     with pytest.raises(ValueError, match="frame: meshes have no frames.*: use animation_time"):
         octray.render(MESH, (8, 8), frame=1)
     mobile = moving_gltf(tmp_path / "mobile.gltf")
-    poses = [octray.render(mobile, (48, 32), samples=1, **pose)["color"] for pose in ({"animation": 1}, {"animation_time": 0.5})]
+    poses = [octray.render(mobile, (48, 32), samples=1, **pose) for pose in ({"animation": 1}, {"animation_time": 0.5})]
+    poses = [pose["color"] for pose in poses]
     assert not np.array_equal(*poses)
     again = octray.render(io.BytesIO(mobile.read_bytes()), (48, 32), samples=1, animation="turn", animation_time=0.5)
     assert np.array_equal(again["color"], poses[1])
