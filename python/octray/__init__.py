@@ -21,7 +21,8 @@ except ModuleNotFoundError as error:
         name=error.name,
     ) from error
 
+from ._camera import camera_rays
 from ._mesh import Hits, Mesh
-from ._render import camera_rays, render
+from ._render import render
 
 __all__ = ["Hits", "Mesh", "__version__", "camera_rays", "isa", "render"]

@@ -130,6 +130,67 @@ def _narrow(value):
     return doubles[0] if isinstance(value, int) else doubles
 
 
+def count_up_to(name: str, value, most: int) -> int:
+    """Return a count from 1 to ``most``."""
+    number = count(name, value, least=1)
+    if number > most:
+        raise ValueError(f"{name}: expected a whole number from 1 to {most}, found {shown(value)}")
+    return number
+
+
+def items(value):
+    """Return the items of a sequence, or None if it is none."""
+    try:
+        return tuple(value)
+    except TypeError:
+        return None
+
+
+def flag(name: str, value) -> bool:
+    """Return a truth value."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise ValueError(f"{name}: expected True or False, found {shown(value)}")
+    return bool(value)
+
+
+def one_of(name: str, value, names: tuple[str, ...]) -> str | None:
+    """Return one of some names, or None."""
+    if value is not None and not (isinstance(value, str) and value in names):
+        raise ValueError(f"{name}: expected {', '.join(names[:-1])} or {names[-1]}, found {shown(value)}")
+    return value
+
+
+def number(name: str, value, what: str, least: float = -sys.float_info.max, most: float = sys.float_info.max) -> float:
+    """Return a finite number."""
+    refuse_masked(name, value, what)
+    try:
+        if np.ndim(value) != 0 or isinstance(value, (str, bytes, bool, np.bool_)):
+            raise TypeError
+        found = float(value)
+    except (TypeError, ValueError, OverflowError):
+        found = np.nan
+    if not least <= found <= most:
+        raise ValueError(f"{name}: expected {what}, found {shown(value)}")
+    return found
+
+
+def colors(name: str, value, count: int) -> np.ndarray:
+    """Return colours from 0 to 1, one per row, as contiguous ``float32``."""
+    what = f"uint8, or floats from 0 to 1, of shape ({count}, 3)"
+    array = _numbers(name, value, what)
+    if array.dtype != np.uint8 and array.dtype.kind != "f":
+        raise ValueError(f"{name}: expected {what}, found an array of {array.dtype}")
+    if array.shape not in ((count, 3), (count, 4)):
+        raise ValueError(f"{name}: expected {what}, found shape {array.shape}")
+    full = 255 if array.dtype == np.uint8 else 1
+    # False for NaN as well.
+    if array.dtype.kind == "f" and not np.all((array >= 0) & (array <= 1)):
+        raise ValueError(f"{name}: expected {what}, found others, such as {array[~((array >= 0) & (array <= 1))][0]}")
+    if array.shape[1] == 4 and np.any(array[:, 3] != full):
+        raise ValueError(f"{name}: alpha is not rendered: expected {full} in all of the fourth column")
+    return _require(array[:, :3].astype(np.float32) / np.float32(full), np.float32)
+
+
 def count(name: str, value, *, least: int, most: int = sys.maxsize) -> int:
     """Return a count, clamped to ``most``."""
     try:

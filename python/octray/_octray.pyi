@@ -1,4 +1,4 @@
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, final
 
 import numpy as np
@@ -69,22 +69,10 @@ def of_parts(
     threads: int | None,
 ) -> Mesh: ...
 
+# Cameras and options are dictionaries with the items of `Camera` in src/camera.rs and `Options` in src/picture.rs.
 def render(
-    source: Mesh | str,
-    size: tuple[int, int],
-    camera: int | str | Sequence[float] | None,
-    target: Sequence[float] | None,
-    up: Sequence[float] | None,
-    lens: Sequence[float | None],
-    style: str | None,
-    samples: str | None,
-    with_aovs: bool,
+    source: Mesh | str | tuple[bytes, str], size: tuple[int, int], camera: Mapping[str, Any], options: Mapping[str, Any]
 ) -> tuple[dict[str, NDArray[Any]], list[str]]: ...
 def camera_rays(
-    mesh: Mesh | None,
-    size: tuple[int, int],
-    camera: int | str | Sequence[float] | None,
-    target: Sequence[float] | None,
-    up: Sequence[float] | None,
-    lens: Sequence[float | None],
+    mesh: Mesh | None, size: tuple[int, int], camera: Mapping[str, Any], style: str | None, up_axis: str | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float32]]: ...

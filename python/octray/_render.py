@@ -1,156 +1,261 @@
-"""Pictures as arrays, and the rays of their cameras."""
+"""Pictures as arrays."""
 
 from __future__ import annotations
 
 import os
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Any, SupportsIndex
+from typing import IO, Any, SupportsFloat, SupportsIndex
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from . import _arrays, _octray
+from . import _arrays, _camera, _octray
 from ._mesh import Mesh
 
-_AOVS = ("depth", "normal", "albedo", "id")
-_CAMERA = ("from", "eye", "target", "up", "fov", "ortho", "aperture", "focus")
-_SIDES = {"front": (0, 0), "right": (90, 0), "back": (180, 0), "left": (-90, 0), "top": (0, 90), "bottom": (0, -90)}
-_LARGEST = 65_535
+_AOVS = ("depth", "z", "normal", "albedo", "id", "instance", "mask")
 _MOST_SAMPLES = 1 << 20
-_FARTHEST = 1e9
+_MOST_DEPTH = 1000
+_LAST_FRAME = 100_000
+_LONGEST = 1e6
 
 
 def render(
-    source: str | bytes | os.PathLike[str] | Mesh,
+    source: str | bytes | os.PathLike[str] | IO[bytes] | Mesh,
     size: Sequence[SupportsIndex] | NDArray[np.integer[Any]] = (512, 512),
     camera: str | SupportsIndex | Mapping[str, Any] | None = None,
     samples: SupportsIndex | str = "usual",
     aov: str | Sequence[str] = (),
     style: str | None = None,
+    *,
+    vertex_colors: ArrayLike | None = None,
+    face_colors: ArrayLike | None = None,
+    background: str = "scene",
+    dtype: DTypeLike = np.uint8,
+    srgb: bool | None = None,
+    max_depth: SupportsIndex = 3,
+    shadows: bool = True,
+    frame: SupportsIndex | None = None,
+    ground: bool = False,
+    up_axis: str | None = None,
+    smooth_angle: SupportsFloat | None = None,
+    point_size: SupportsFloat | None = None,
+    lit_from: ArrayLike | None = None,
+    environment: str | bytes | os.PathLike[str] | None = None,
+    environment_rotate: SupportsFloat = 0.0,
+    animation: str | SupportsIndex | None = None,
+    animation_time: SupportsFloat | None = None,
 ) -> dict[str, NDArray[Any]]:
     """Render a scene (``.scn``), a mesh file or a :class:`Mesh`, like the program ``octray``.
+
+    Arguments mean what the program's options of the same names mean.
 
     Parameters
     ----------
     source
-        A path, or a mesh, whose z axis points up.
+        A path; a mesh, whose z axis points up; or a binary file, such as ``io.BytesIO``, whose format is recognised by its
+        content.
     size
         Width and height, pixels.
     camera
         A camera of the file by name, a classic viewpoint from 1 to 6, or a dictionary with any of ``eye``, ``target``,
         ``up`` (three numbers each), ``fov`` (degrees, vertical) or ``ortho`` (the height of an orthographic view, scene
-        units), ``aperture`` (the diameter of a lens, scene units) and ``focus`` (the distance in focus, scene units).
-        Instead of ``eye``, ``from`` frames a mesh from its ``"front"``, ``"right"``, ``"back"``, ``"left"``, ``"top"`` or
-        ``"bottom"``, or from an azimuth and an elevation in degrees. By default the scene's first camera, or one that
-        frames the mesh.
+        units, or ``"fit"``, which frames a mesh), ``aperture`` (the diameter of a lens, scene units) and ``focus`` (the
+        distance in focus, scene units). Instead of ``eye``, ``from`` frames a mesh from its ``"front"``, ``"right"``,
+        ``"back"``, ``"left"``, ``"top"`` or ``"bottom"``, or from an azimuth and an elevation in degrees. By default the
+        scene's first camera, or one that frames the mesh.
     samples
         Samples per pixel: a number; ``"auto"`` or ``"auto:N"``, which take up to 16 or N, fewer in pixels that look like
         their neighbours; or ``"usual"``, which is 1, or ``"auto"`` for meshes in the studio and clay styles.
     aov
-        More arrays, by name: ``"depth"``, ``"normal"``, ``"albedo"``, ``"id"``, each of one ray through the pixel's
-        centre.
+        More arrays, by name: ``"depth"``, ``"z"``, ``"normal"``, ``"albedo"``, ``"id"``, ``"instance"``, ``"mask"``, each of
+        one ray through the pixel's centre.
     style
         How a mesh is lit: ``"studio"``, the default, soft light with ambient occlusion; ``"clay"``, the same with one
         colour for all of it; ``"plain"``, two point lights. A scene has its own light.
+    vertex_colors, face_colors
+        Colours of a :class:`Mesh`, shape (n, 3) or (m, 3): ``uint8``, or floats from 0 to 1, in sRGB as those of PLY files.
+        A fourth column, alpha, must be opaque. Clay leaves them out.
+    background
+        ``"scene"``, or ``"transparent"``, which gives pixels that show nothing an alpha of 0.
+    dtype
+        Of the colours: ``uint8``, or ``float32``, linear and, with alpha, premultiplied, as in an EXR file.
+    srgb
+        Whether bytes are in sRGB, or linear; by default they are for meshes, unless ``style="plain"``.
+    max_depth
+        Maximum ray depth; 1 disables reflections and refraction.
+    shadows
+        Whether there are shadows.
+    frame
+        The frame of a scene with keyframes, from 1 on.
+    ground
+        Whether the mesh is on a ground plane.
+    up_axis
+        Which axis of a mesh points up: ``"x"``, ``"y"``, ``"z"``, ``"-x"``, ``"-y"`` or ``"-z"``. By default y, but z for
+        a :class:`Mesh`, STL, 3MF and PLY files that say so.
+    smooth_angle
+        Smooths a mesh without normals where faces meet at no more than this angle, degrees.
+    point_size
+        Diameter of the points or lines of a file without faces, scene units.
+    lit_from
+        The direction, three numbers, from which a mesh would be seen to be lit like this; by default that of the camera.
+    environment
+        The path of an environment map that lights a mesh instead, equirectangular: ``.hdr``, ``.exr`` or another picture.
+        Needs many samples, such as ``"auto:64"``.
+    environment_rotate
+        Turns the environment map counterclockwise as seen from above, degrees.
+    animation, animation_time
+        Show a glTF file in the pose of this animation, by name or number, at this time, seconds. One is enough: the first
+        animation, or time 0.
 
     Returns
     -------
     dict
-        ``"color"``: shape (height, width, 3), ``uint8``, in sRGB, or linear for scenes and plain meshes; ``"depth"``:
-        (height, width) ``float32``, scene units, infinite for a miss; ``"normal"``, ``"albedo"``: (height, width, 3)
-        ``float32``; ``"id"``: (height, width) ``uint32``, the index of the primitive, 2^32 - 1 for a miss.
+        ``"color"``: shape (height, width, 3), or 4 with alpha; ``"depth"``: (height, width) ``float32``, the distance from
+        the eye, scene units, infinite for a miss; ``"z"``: the same along the view; ``"normal"``, ``"albedo"``:
+        (height, width, 3) ``float32``; ``"id"``: (height, width) ``uint32``, the index of the primitive, 2^32 - 1 for a
+        miss; ``"instance"``: ``uint32``, 0 for a miss, 1 outside of instances, 2 for the first instance, ...; ``"mask"``:
+        ``bool``, whether the ray hits.
 
     Raises
     ------
     FileNotFoundError
         If there is no such file.
+    MemoryError
+        If the picture or the scene would not fit into memory.
     ValueError
         If an argument is invalid, or the file is faulty: then with line and column.
     """
-    names = (aov,) if isinstance(aov, str) else _items(aov)
+    return rendered(3, **locals())
+
+
+def rendered(stacklevel: int, *, source, size, camera, aov, **options) -> dict[str, NDArray[Any]]:
+    """Render what :func:`render` does. Warnings point to the caller that is ``stacklevel`` calls away."""
+    names = (aov,) if isinstance(aov, str) else _arrays.items(aov)
     if names is None or not all(isinstance(name, str) and name in _AOVS for name in names):
-        raise ValueError(f"aov: expected names among {', '.join(_AOVS)}, found {aov!r}")
-    width, height = _size(size)
-    number = _samples(samples)
-    if style is not None and not isinstance(style, str):
-        raise ValueError(f"style: expected plain, studio or clay, found {style!r}")
-    start, target, up, lens = _camera(camera)
-    subject: _octray.Mesh | str
+        raise ValueError(f"aov: expected names among {', '.join(_AOVS)}, found {_arrays.shown(aov)}")
+    width, height = _camera.size_of(size)
+    checked = {**_look(options), **_of_mesh(options), **_colors(source, options), "aov": list(dict.fromkeys(names))}
     if isinstance(source, Mesh):
-        subject = source._mesh
-        if source._mesh.counts[1] == 0:
-            raise ValueError(f"source: {source!r} has no triangles to render")
-    elif isinstance(source, (str, bytes, os.PathLike)):
-        subject = os.fsdecode(source)
-        # A file of that name: to the program it is standard input.
-        subject = "./-" if subject == "-" else subject
-    else:
-        raise ValueError(f"source: expected a path or a Mesh, found {source!r}")
-    arrays, notes = _octray.render(subject, (width, height), start, target, up, lens, style, number, bool(names))
+        for name in ("animation", "animation_time"):
+            if options[name] is not None:
+                raise ValueError(f"{name}: a Mesh has no animations, only glTF files")
+    view, subject = _camera.checked(camera), _subject(source)
+    arrays, notes = _octray.render(subject, (width, height), view, checked)
     for note in notes:
-        warnings.warn(note, stacklevel=2)
+        warnings.warn(note, stacklevel=stacklevel)
     return {name: arrays[name] for name in ("color", *names)}
 
 
-def camera_rays(
-    camera: SupportsIndex | Mapping[str, Any] | None,
-    size: Sequence[SupportsIndex] | NDArray[np.integer[Any]],
-    mesh: Mesh | None = None,
-) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
-    """Return the rays of a camera through the centres of a picture's pixels, as the queries of :class:`Mesh` take them.
-
-    They are the rays of ``render(mesh, size, camera)`` with one sample per pixel, without a lens. They take 12 bytes per
-    pixel, 36 if ``ortho`` is given.
-
-    Parameters
-    ----------
-    camera
-        As for :func:`render`: a classic viewpoint from 1 to 6, or a dictionary. None frames the mesh, as the studio style
-        does.
-    size
-        Width and height, pixels.
-    mesh
-        The mesh to look at. Needed unless the dictionary has ``eye`` and ``target``, or the camera is a viewpoint.
-
-    Returns
-    -------
-    origins
-        The eye, shape (1, 3), ``float64``; with ``ortho`` one origin for each ray, shape (height * width, 3).
-    directions
-        Unit vectors, shape (height * width, 3), ``float32``: row by row from the top left.
-
-    Raises
-    ------
-    ValueError
-        If an argument is invalid, or the mesh is missing.
-    """
-    width, height = _size(size)
-    if mesh is not None and not isinstance(mesh, Mesh):
-        raise ValueError(f"mesh: expected a Mesh, found {mesh!r}")
-    if isinstance(camera, str):
-        raise ValueError(
-            f"camera: expected a viewpoint from 1 to 6 or a dictionary, found {_arrays.shown(camera)}: "
-            "cameras of files have no rays here"
-        )
-    start, target, up, lens = _camera(camera)
-    if mesh is None:
-        if not isinstance(start, int) and (start is None or len(start) != 3 or target is None):
-            raise ValueError("mesh: needed for a camera without eye and target, because it looks at the mesh")
-    elif mesh._mesh.counts[1] == 0:
-        raise ValueError(f"mesh: {mesh!r} has no triangles to look at")
-    return _octray.camera_rays(None if mesh is None else mesh._mesh, (width, height), start, target, up, lens)
+def _subject(source) -> _octray.Mesh | str | tuple[bytes, str]:
+    """Return a mesh, a path, or bytes and their name."""
+    if isinstance(source, Mesh):
+        if source._mesh.counts[1] == 0:
+            raise ValueError(f"source: {source!r} has no triangles to render")
+        return source._mesh
+    if isinstance(source, (str, bytes, os.PathLike)):
+        path = os.fsdecode(source)
+        # A file of that name: to the program it is standard input.
+        return "./-" if path == "-" else path
+    if not callable(getattr(source, "read", None)):
+        raise ValueError(f"source: expected a path, a binary file or a Mesh, found {_arrays.shown(source)}")
+    content = source.read()
+    if not isinstance(content, (bytes, bytearray, memoryview)):
+        found = type(content).__name__
+        raise ValueError(f"source: expected a file that is opened in binary mode, found one whose read returns {found}")
+    name = getattr(source, "name", None)
+    return bytes(content), name if isinstance(name, str) and name else "source"
 
 
-def _size(size) -> tuple[int, int]:
-    """Return width and height."""
-    sides = _items(size)
-    if sides is None or len(sides) != 2:
-        raise ValueError(f"size: expected a width and a height, found {size!r}")
-    width, height = (_arrays.count("size", side, least=1) for side in sides)
-    if max(width, height) > _LARGEST:
-        raise ValueError(f"size: expected at most {_LARGEST} pixels a side, found {_arrays.shown(sides)}")
-    return width, height
+def _colors(source, options) -> dict[str, Any]:
+    """Return the colours of the vertices and faces of a mesh."""
+    given = [name for name in ("vertex_colors", "face_colors") if options[name] is not None]
+    if len(given) == 2:
+        raise ValueError("face_colors: expected vertex_colors or face_colors, found both")
+    if given and not isinstance(source, Mesh):
+        raise ValueError(f"{given[0]}: expected None for a file, which has its own colours")
+    colors: dict[str, Any] = dict.fromkeys(("vertex_colors", "face_colors"))
+    for name in given:
+        count = source._mesh.counts[("vertex_colors", "face_colors").index(name)]
+        colors[name] = _arrays.colors(name, options[name], count)
+    return colors
+
+
+def _look(options) -> dict[str, Any]:
+    """Return the options that concern scenes as well as meshes."""
+    background = _arrays.one_of("background", options["background"], ("scene", "transparent"))
+    try:
+        dtype = None if options["dtype"] is None else np.dtype(options["dtype"])
+    except TypeError:
+        dtype = None
+    if dtype not in (np.uint8, np.float32):
+        raise ValueError(f"dtype: expected uint8 or float32, found {_arrays.shown(options['dtype'])}")
+    srgb = options["srgb"]
+    if srgb is not None:
+        srgb = _arrays.flag("srgb", srgb)
+    floats = dtype == np.float32
+    if floats and srgb:
+        raise ValueError("srgb: expected False or None for float32, which is linear")
+    frame = options["frame"]
+    return {
+        "samples": _samples(options["samples"]),
+        "transparent": background == "transparent",
+        "floats": floats,
+        "srgb": srgb,
+        "max_depth": _arrays.count_up_to("max_depth", options["max_depth"], _MOST_DEPTH),
+        "shadows": _arrays.flag("shadows", options["shadows"]),
+        "frame": None if frame is None else _arrays.count_up_to("frame", frame, _LAST_FRAME),
+    }
+
+
+def _of_mesh(options) -> dict[str, Any]:
+    """Return the options that concern meshes."""
+    angle, point, time = (options[name] for name in ("smooth_angle", "point_size", "animation_time"))
+    if angle is not None:
+        angle = _arrays.number("smooth_angle", angle, "degrees from 0 to 180", 0, 180)
+    if point is not None:
+        what = "a diameter above 0 and at most 1e9"
+        point = _arrays.number("point_size", point, what, 1e-44, _camera.FARTHEST)
+    if time is not None:
+        what = "seconds, at least 0 and at most 1000000"
+        time = _arrays.number("animation_time", time, what, 0, _LONGEST)
+    lit_from = options["lit_from"]
+    if lit_from is not None:
+        lit_from = _direction("lit_from", lit_from)
+    environment, animation = options["environment"], options["animation"]
+    if environment is not None:
+        if not isinstance(environment, (str, bytes, os.PathLike)):
+            raise ValueError(f"environment: expected a path, found {_arrays.shown(environment)}")
+        if lit_from is not None:
+            raise ValueError("lit_from: expected environment or lit_from, found both")
+        environment = os.fsdecode(environment)
+    rotation = _arrays.number("environment_rotate", options["environment_rotate"], "degrees")
+    if rotation != 0 and environment is None:
+        raise ValueError("environment_rotate: needs an environment")
+    if animation is not None and not isinstance(animation, str):
+        animation = str(_arrays.count("animation", animation, least=1))
+    return {
+        "style": _arrays.one_of("style", options["style"], _camera.STYLES),
+        "ground": _arrays.flag("ground", options["ground"]),
+        "up_axis": _arrays.one_of("up_axis", options["up_axis"], _camera.AXES),
+        "smooth_angle": angle,
+        "point_size": point,
+        "lit_from": lit_from,
+        "environment": environment,
+        "environment_rotate": rotation,
+        "animation": animation,
+        "animation_time": time,
+    }
+
+
+def _direction(name: str, value) -> list[float]:
+    """Return three numbers that are not all 0."""
+    vector = _arrays.vectors(name, value, one=True)
+    if vector.shape != (1, 3) or not np.isfinite(vector).all() or np.abs(vector).max() > _camera.FARTHEST:
+        raise ValueError(f"{name}: expected three numbers of at most {_camera.FARTHEST:g}, found {_arrays.shown(value)}")
+    if not vector.any():
+        raise ValueError(f"{name}: expected a direction, found one without length")
+    return vector[0].astype(np.float64).tolist()
 
 
 def _samples(samples: SupportsIndex | str) -> str | None:
@@ -167,56 +272,3 @@ def _samples(samples: SupportsIndex | str) -> str | None:
     if isinstance(samples, str):
         return None if samples == "usual" else samples
     return str(most)
-
-
-def _items(value):
-    """Return the items of a sequence, or None if it is none."""
-    try:
-        return tuple(value)
-    except TypeError:
-        return None
-
-
-def _camera(camera):
-    """Return the camera's start, target, up vector, and [field of view, height, aperture, focus]."""
-    if camera is None or isinstance(camera, str):
-        return camera, None, None, [None] * 4
-    if isinstance(camera, Mapping):
-        for name in camera:
-            if name not in _CAMERA:
-                raise ValueError(f"camera: expected keys among {', '.join(_CAMERA)}, found {name!r}")
-        side = camera.get("from")
-        side = _vector("from", _SIDES.get(side, side) if isinstance(side, str) else side, 2)
-        eye, target, up = (_vector(name, camera.get(name), 3) for name in _CAMERA[1:4])
-        for name, point in (("eye", eye), ("target", target)):
-            if point is not None and max(map(abs, point)) > _FARTHEST:
-                raise ValueError(f"camera: {name} is {camera[name]!r}, expected numbers of at most {_FARTHEST:g}")
-        lens = [_vector(name, camera.get(name), 1) for name in _CAMERA[4:]]
-        for one, other, found in (("fov", "ortho", lens[:2]), ("from", "eye", (side, eye))):
-            if None not in found:
-                raise ValueError(f"camera: expected {one} or {other}, found both")
-        return side or eye, target, up, [number and number[0] for number in lens]
-    try:
-        number = _arrays.count("camera", camera, least=1)
-    except ValueError:
-        number = 0
-    if not 1 <= number <= 6:
-        raise ValueError(
-            f"camera: expected a name, a viewpoint from 1 to 6 or a dictionary, found {camera!r}"
-        )
-    return number, None, None, [None] * 4
-
-
-def _vector(name, value, count):
-    """Return ``count`` finite numbers."""
-    if value is None:
-        return None
-    _arrays.refuse_masked(f"camera: {name}", value, "numbers")
-    try:
-        vector = np.asarray(value, dtype=np.float64).ravel()
-    except (TypeError, ValueError, OverflowError):
-        vector = np.zeros(0)
-    if np.ndim(value) != (count != 1) or vector.shape != (count,) or not np.all(np.isfinite(vector)):
-        what = {1: "a number", 2: f"{', '.join(_SIDES)}, or two angles", 3: "three numbers"}[count]
-        raise ValueError(f"camera: {name} is {value!r}, expected {what}")
-    return vector.tolist()

@@ -1,7 +1,8 @@
-"""octray as the engine of trimesh's ray queries.
+"""octray as the engine of trimesh's ray queries, and pictures of trimesh's meshes, point clouds and scenes.
 
 >>> import octray.trimesh
 >>> mesh.ray = octray.trimesh.RayMeshIntersector(mesh)  # doctest: +SKIP
+>>> picture = octray.trimesh.render(mesh)["color"]  # doctest: +SKIP
 """
 
 from __future__ import annotations
@@ -13,6 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
 from ._mesh import Mesh
+from ._shown import render
+
+__all__ = ["RayMeshIntersector", "render"]
 
 
 class RayMeshIntersector:

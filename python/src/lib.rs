@@ -2,11 +2,14 @@
 //! of the right types.
 
 mod arrays;
+mod camera;
 mod mesh;
 mod picture;
 mod rays;
+mod solid;
 mod threads;
 mod whole;
+mod words;
 
 use pyo3::prelude::*;
 use std::ffi::OsString;
@@ -28,7 +31,7 @@ fn _octray(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<mesh::Mesh>()?;
     module.add_function(wrap_pyfunction!(picture::render, module)?)?;
-    module.add_function(wrap_pyfunction!(picture::camera_rays, module)?)?;
+    module.add_function(wrap_pyfunction!(camera::camera_rays, module)?)?;
     module.add_function(wrap_pyfunction!(whole::load, module)?)?;
     module.add_function(wrap_pyfunction!(whole::parts, module)?)?;
     module.add_function(wrap_pyfunction!(whole::of_parts, module)?)?;

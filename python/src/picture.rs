@@ -1,249 +1,149 @@
 //! Pictures in memory.
 
 use crate::{
-    arrays::rows,
-    mesh::{self, Mesh},
+    camera::Camera,
+    mesh::Mesh,
+    solid::{self, Colors},
     threads,
+    words::{in_python, raised},
 };
-use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray2};
 use octray::{
-    cli::{
-        CliError,
-        picture::{self, CameraOptions, Picture, Side, StartView, Style, Subject},
-    },
-    error::LoadErrorKind,
+    cli::picture::{self, AovKind, MeshOptions, Picture, Request, Subject, Values},
+    format::mesh::Moment,
     glam::DVec3,
-    query::CameraRays,
-    scene::{Projection, TriangleMesh, View},
 };
-use pyo3::{
-    exceptions::{PyFileNotFoundError, PyMemoryError, PyValueError},
-    prelude::*,
-    types::PyDict,
-};
+use pyo3::{exceptions::PyValueError, prelude::*, pybacked::PyBackedBytes, types::PyDict};
 use std::{
-    io::ErrorKind,
     ops::ControlFlow,
     path::{Path, PathBuf},
     sync::atomic::Ordering,
 };
 
-/// A file, or a mesh.
+/// A mesh, a file, or the bytes of one with its name.
 #[derive(FromPyObject)]
 pub enum Source<'py> {
     Mesh(PyRef<'py, Mesh>),
     File(PathBuf),
+    Bytes(PyBackedBytes, PathBuf),
 }
 
-/// A camera: a classic viewpoint, one of the file by name, or an eye.
+/// The options of a picture, as `octray.render` has checked them.
 #[derive(FromPyObject)]
-pub enum Camera {
-    Number(u32),
-    Name(String),
-    Eye([f64; 3]),
-    /// Azimuth and elevation, degrees.
-    Side([f64; 2]),
+#[pyo3(from_item_all)]
+pub struct Options<'py> {
+    samples: Option<String>,
+    style: Option<String>,
+    aov: Vec<String>,
+    vertex_colors: Option<PyReadonlyArray2<'py, f32>>,
+    face_colors: Option<PyReadonlyArray2<'py, f32>>,
+    transparent: bool,
+    floats: bool,
+    srgb: Option<bool>,
+    max_depth: u32,
+    shadows: bool,
+    frame: Option<u32>,
+    ground: bool,
+    up_axis: Option<String>,
+    smooth_angle: Option<f64>,
+    point_size: Option<f32>,
+    lit_from: Option<[f64; 3]>,
+    environment: Option<PathBuf>,
+    environment_rotate: f64,
+    animation: Option<String>,
+    animation_time: Option<f64>,
 }
 
-/// What errors about arguments say to users of the program, and to those of the package.
-const WORDS: [(&str, &str); 6] = [
-    (
-        "use --view or --eye",
-        "choose a viewpoint from 1 to 6, or give a dictionary, such as {\"from\": \"front\"} or {\"eye\": (4, 3, 2)}",
-    ),
-    ("choose it with --camera 1", "choose it with camera=\"1\""),
-    (
-        "--focus needs a lens: give its diameter with --aperture",
-        "focus needs a lens: give its diameter as aperture",
-    ),
-    ("--up 0,1,0", "\"up\": (0, 1, 0)"),
-    ("--style applies", "style applies"),
-    ("--from", "from"),
-];
-
-/// The error for Python.
-pub fn raised(error: &CliError) -> PyErr {
-    let text = error.text().unwrap_or_else(|| "interrupted".to_owned());
-    match error {
-        CliError::Memory(_) => PyMemoryError::new_err(text),
-        CliError::Load(error)
-            if error.cause.is_none() && error.kind() == LoadErrorKind::Io(ErrorKind::NotFound) =>
-        {
-            PyFileNotFoundError::new_err(text)
-        }
-        CliError::Usage(text) => {
-            let replace = |text: String, (theirs, ours): &(&str, &str)| text.replace(theirs, ours);
-            PyValueError::new_err(WORDS.iter().fold(text.clone(), replace))
-        }
-        _ => PyValueError::new_err(text),
-    }
-}
-
-/// A copy of the mesh relative to its origin, and that origin. Vertices that no triangle uses are left out, as when a file
-/// is loaded: they would change the framing.
-fn copied(py: Python<'_>, mesh: &Mesh) -> (TriangleMesh, DVec3) {
-    let geometry = mesh.geometry(py);
-    let (mut positions, middle) = geometry.vertices();
-    let mut triangles = geometry.triangles().to_vec();
-    let mut is_used = vec![false; positions.len()];
-    for &corner in triangles.as_flattened() {
-        is_used[corner as usize] = true;
-    }
-    if is_used.contains(&false) {
-        let before = is_used.iter().scan(0, |count, &used| {
-            let before = *count;
-            *count += u32::from(used);
-            Some(before)
-        });
-        let moved: Vec<u32> = before.collect();
-        for corner in triangles.as_flattened_mut() {
-            *corner = moved[*corner as usize];
-        }
-        let mut used = is_used.into_iter();
-        positions.retain(|_| used.next() == Some(true));
-    }
-    let axis = |axis: usize| positions.iter().map(|position| position[axis]).collect();
-    let mesh = TriangleMesh {
-        x: axis(0),
-        y: axis(1),
-        z: axis(2),
-        normals: Vec::new(),
-        colors: Vec::new(),
-        uvs: Vec::new(),
-        triangles,
-    };
-    (mesh, middle)
-}
-
-/// The camera's options, relative to `middle`.
-fn options(
-    camera: Option<Camera>,
-    target: Option<[f64; 3]>,
-    up: Option<[f64; 3]>,
-    [fov, ortho, aperture, focus]: [Option<f64>; 4],
-    middle: DVec3,
-) -> CameraOptions {
-    // Classic viewpoints are near 0, wherever the mesh is.
-    let classic = match camera {
-        Some(Camera::Number(number)) if middle != DVec3::ZERO => View::classic(number),
-        _ => None,
-    };
-    CameraOptions {
-        start: match (camera, classic) {
-            (_, Some(view)) => StartView::Eye(view.eye - middle),
-            (None, _) => StartView::Default,
-            (Some(Camera::Number(number)), _) => StartView::Classic(number),
-            (Some(Camera::Name(name)), _) => StartView::Named(name),
-            (Some(Camera::Eye(eye)), _) => StartView::Eye(DVec3::from(eye) - middle),
-            (Some(Camera::Side([azimuth, elevation])), _) => StartView::Side(Side { azimuth, elevation }),
-        },
-        target: target
-            .map(DVec3::from)
-            .or(classic.map(|view| view.target))
-            .map(|target| target - middle),
-        up: up.map(DVec3::from).or(classic.map(|view| view.up)),
-        projection: match (fov, ortho) {
-            (_, Some(height)) => Some(Projection::Orthographic { height }),
-            (Some(fov_degrees), None) => Some(Projection::Perspective { fov_degrees }),
-            (None, None) => classic.map(|view| view.projection),
-        },
-        fits_ortho: false,
-        aperture,
-        focus,
-        ..CameraOptions::default()
-    }
-}
-
-/// Origins and directions, a row each.
-type Rays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f32>>);
-
-/// Returns the origins and directions of the rays through the pixels' centres.
-#[pyfunction]
-pub fn camera_rays<'py>(
-    py: Python<'py>,
-    mesh: Option<PyRef<'_, Mesh>>,
-    size: [u32; 2],
-    camera: Option<Camera>,
-    target: Option<[f64; 3]>,
-    up: Option<[f64; 3]>,
-    lens: [Option<f64>; 4],
-) -> PyResult<Rays<'py>> {
-    let (columns, middle) = match &mesh {
-        Some(mesh) => {
-            let (columns, middle) = copied(py, mesh);
-            (Some(columns), middle)
-        }
-        // Origins are rounded around the eye.
-        None => match &camera {
-            Some(Camera::Eye(eye)) => (None, DVec3::from(*eye)),
-            _ => (None, DVec3::ZERO),
-        },
-    };
-    let view = options(camera, target, up, lens, middle);
-    let pool = match &mesh {
-        Some(mesh) => mesh.threads().pool()?,
-        None => threads::shared()?,
-    };
-    let found = threads::interruptible(py, |_| {
-        pool.install(|| {
-            let camera = picture::camera(columns, &view, size);
-            camera.map(|camera| camera.rays(size[0], size[1]))
+impl Options<'_> {
+    /// How a mesh is shown.
+    fn mesh(&self) -> PyResult<MeshOptions> {
+        let has_moment = self.animation.is_some() || self.animation_time.is_some();
+        let environment = self.environment.clone();
+        Ok(MeshOptions {
+            up_axis: solid::up_axis(self.up_axis.as_deref())?,
+            ground: self.ground,
+            smooth_degrees: self.smooth_angle,
+            point_size: self.point_size,
+            moment: has_moment.then(|| Moment {
+                animation: self.animation.clone(),
+                seconds: self.animation_time.unwrap_or(0.0),
+            }),
+            lit_from: self.lit_from.map(DVec3::from),
+            environment: environment.map(|path| (path, self.environment_rotate)),
+            ..solid::styled(self.style.as_deref())?
         })
-    })?;
-    let CameraRays { origins, directions } = found.map_err(|error| raised(&error))?.map_err(mesh::raised)?;
-    let origins = origins.into_iter().map(|origin| (origin + middle).to_array());
-    let directions = directions.into_iter().map(|direction| direction.to_array());
-    Ok((rows(py, origins.collect())?, rows(py, directions.collect())?))
+    }
+
+    /// The colours of a mesh.
+    fn colors(&self) -> Colors {
+        let rows = |colors: &PyReadonlyArray2<'_, f32>| {
+            let rows = colors.as_array();
+            rows.rows()
+                .into_iter()
+                .map(|row| [row[0], row[1], row[2]])
+                .collect()
+        };
+        match (&self.vertex_colors, &self.face_colors) {
+            (Some(colors), _) => Colors::Vertices(rows(colors)),
+            (None, Some(colors)) => Colors::Faces(rows(colors)),
+            (None, None) => Colors::None,
+        }
+    }
+
+    /// The AOVs of these names.
+    fn aovs(&self) -> PyResult<Vec<AovKind>> {
+        let of_name = |name: &String| {
+            let found = AovKind::ALL.into_iter().find(|kind| kind.name() == name);
+            found.ok_or_else(|| PyValueError::new_err(format!("aov: unknown name {name:?}")))
+        };
+        self.aov.iter().map(of_name).collect()
+    }
 }
 
-/// Renders a scene, a mesh file or a mesh; returns the requested arrays by name, and warnings.
+/// Renders a scene, a mesh file or a mesh; returns the arrays by name, and warnings.
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "those of the Python function")]
 pub fn render<'py>(
     py: Python<'py>,
     source: Source<'_>,
     size: [u32; 2],
-    camera: Option<Camera>,
-    target: Option<[f64; 3]>,
-    up: Option<[f64; 3]>,
-    lens: [Option<f64>; 4],
-    style: Option<&str>,
-    samples: Option<&str>,
-    with_aovs: bool,
+    camera: Camera,
+    options: Options<'_>,
 ) -> PyResult<(Bound<'py, PyDict>, Vec<String>)> {
-    let style = match style {
-        None => None,
-        Some("plain") => Some(Style::Plain),
-        Some("studio") => Some(Style::Studio),
-        Some("clay") => Some(Style::Clay),
-        Some(other) => {
-            let why = format!("style: expected plain, studio or clay, found {other:?}");
-            return Err(PyValueError::new_err(why));
-        }
+    let (geometry, pool) = match &source {
+        Source::Mesh(mesh) => (Some(mesh.geometry(py)), mesh.threads().pool()?),
+        Source::File(_) | Source::Bytes(..) => (None, threads::shared()?),
     };
-    let (mesh, middle) = match &source {
-        Source::Mesh(mesh) => {
-            let (mesh, middle) = copied(py, mesh);
-            (Some(mesh), middle)
-        }
-        Source::File(_) => (None, DVec3::ZERO),
+    let middle = geometry
+        .as_ref()
+        .map_or(DVec3::ZERO, |geometry| geometry.middle());
+    let request = Request {
+        size,
+        camera: camera.options(middle),
+        mesh: options.mesh()?,
+        aovs: options.aovs()?,
+        max_depth: options.max_depth,
+        shadows: options.shadows,
+        transparent: options.transparent,
+        srgb: options.srgb,
+        floats: options.floats,
+        frame: options.frame,
+        samples: options.samples.clone(),
     };
-    let view = options(camera, target, up, lens, middle);
-    let path = match &source {
-        Source::File(path) => path.clone(),
-        Source::Mesh(_) => PathBuf::new(),
+    let colors = options.colors();
+    let file: (&[u8], &Path) = match &source {
+        Source::Mesh(_) => (&[], Path::new("")),
+        Source::File(path) => (&[], path),
+        Source::Bytes(bytes, name) => (bytes, name),
     };
-    let pool = match &source {
-        Source::Mesh(mesh) => mesh.threads().pool()?,
-        Source::File(_) => threads::shared()?,
-    };
+    let is_path = matches!(source, Source::File(_));
     let done = threads::interruptible(py, |cancelled| {
-        let subject = match mesh {
-            Some(mesh) => Subject::Mesh(mesh),
-            None => Subject::File(Path::new(&path)),
+        let subject = match (&geometry, file) {
+            (Some(geometry), _) => Subject::Mesh(solid::copied(geometry, colors)),
+            (None, (_, path)) if is_path => Subject::File(path),
+            (None, (bytes, name)) => Subject::Bytes(bytes, name),
         };
         pool.install(|| {
-            picture::picture(subject, view, size, style, samples, with_aovs, &|_| {
+            picture::picture(subject, request, &|_| {
                 if cancelled.load(Ordering::Relaxed) {
                     ControlFlow::Break(())
                 } else {
@@ -259,25 +159,30 @@ pub fn render<'py>(
 /// The arrays of a picture.
 fn arrays<'py>(
     py: Python<'py>,
-    picture: Picture,
-    [width, height]: [u32; 2],
+    Picture { color, aovs, notes }: Picture,
+    size: [u32; 2],
 ) -> PyResult<(Bound<'py, PyDict>, Vec<String>)> {
-    let (width, height) = (width as usize, height as usize);
     let arrays = PyDict::new(py);
-    arrays.set_item(
-        "color",
-        picture.color.into_pyarray(py).reshape([height, width, 3])?,
-    )?;
-    if let Some(aovs) = picture.aovs {
-        let pixels = &aovs.pixels;
-        let depth: Vec<f32> = pixels.iter().map(|pixel| pixel.depth).collect();
-        let normal: Vec<f32> = pixels.iter().flat_map(|pixel| pixel.normal).collect();
-        let albedo: Vec<f32> = pixels.iter().flat_map(|pixel| pixel.albedo).collect();
-        let id: Vec<u32> = pixels.iter().map(|pixel| pixel.primitive.0).collect();
-        arrays.set_item("depth", depth.into_pyarray(py).reshape([height, width])?)?;
-        arrays.set_item("normal", normal.into_pyarray(py).reshape([height, width, 3])?)?;
-        arrays.set_item("albedo", albedo.into_pyarray(py).reshape([height, width, 3])?)?;
-        arrays.set_item("id", id.into_pyarray(py).reshape([height, width])?)?;
+    for (name, values) in [("color", color)].into_iter().chain(aovs) {
+        let array = match values {
+            Values::Bytes(bytes) => shaped(bytes.into_pyarray(py), size)?,
+            Values::Floats(floats) => shaped(floats.into_pyarray(py), size)?,
+            Values::Whole(numbers) => shaped(numbers.into_pyarray(py), size)?,
+            Values::Flags(flags) => shaped(flags.into_pyarray(py), size)?,
+        };
+        arrays.set_item(name, array)?;
     }
-    Ok((arrays, picture.notes))
+    Ok((arrays, notes.iter().map(|note| in_python(note)).collect()))
+}
+
+/// An array of height, width and, if there are several, the values of a pixel.
+fn shaped<'py, T: numpy::Element>(
+    values: Bound<'py, PyArray1<T>>,
+    [width, height]: [u32; 2],
+) -> PyResult<Bound<'py, PyAny>> {
+    let (width, height) = (width as usize, height as usize);
+    Ok(match values.len()? / (width * height) {
+        1 => values.reshape([height, width])?.into_any(),
+        channels => values.reshape([height, width, channels])?.into_any(),
+    })
 }

@@ -3,8 +3,8 @@
 use crate::{
     arrays::rows,
     mesh::{Mesh, raised},
-    picture,
     threads::{Threads, interruptible},
+    words,
 };
 use numpy::{PyArray2, PyReadonlyArray2};
 use octray::{Geometry, QueryError, cli::picture::mesh, glam::DVec3};
@@ -28,7 +28,7 @@ fn built(
 pub fn load(py: Python<'_>, path: PathBuf, threads: Option<usize>) -> PyResult<(Mesh, Vec<String>)> {
     let mut notes = Vec::new();
     let loaded = built(py, threads, || {
-        let mut loaded = mesh(&path).map_err(|error| picture::raised(&error))?;
+        let mut loaded = mesh(&path).map_err(|error| words::raised(&error))?;
         notes.append(&mut loaded.notes);
         if loaded.columns.triangles.is_empty() {
             let vertices = loaded.columns.x.len();

@@ -45,12 +45,15 @@ def test_names():
 def test_types(tmp_path):
     pytest.importorskip("mypy")
     (tmp_path / "user.py").write_text(
-        "import numpy as np, octray\n"
+        "import io, numpy as np, octray\n"
         "class Part(octray.Mesh): ...\n"
         "part: Part = Part.from_file('a.ply', threads=np.int64(2))\n"
         "part.all_hits([0, 0, 0], [0, 0, 1], max_hits=np.int64(3))\n"
         "octray.render(part, size=[3, 4], samples=np.int64(3), aov='depth')\n"
         "octray.render(part, size=np.array([3, 4]), camera=np.int64(2))\n"
+        "octray.render(io.BytesIO(), dtype=np.float32, smooth_angle=np.float32(3), lit_from=[0, 0, 1], ground=True)\n"
+        "octray.render(open('a.ply', 'rb'), animation=np.int64(1), environment='a.hdr', environment_rotate=3)\n"
+        "octray.render(part, vertex_colors=np.eye(3), background='transparent', frame=np.int64(3))\n"
         "class Other(octray._octray.Mesh): ...\n"
     )
     command = [sys.executable, "-m", "mypy", "--cache-dir", str(tmp_path)]
@@ -58,4 +61,4 @@ def test_types(tmp_path):
     assert done.returncode == 0, done.stdout
     done = subprocess.run([*command, "user.py"], capture_output=True, text=True, cwd=tmp_path)
     errors = [line for line in done.stdout.splitlines() if ": error:" in line]
-    assert len(errors) == 1 and "user.py:7" in errors[0] and "final" in errors[0], done.stdout
+    assert len(errors) == 1 and "user.py:10" in errors[0] and "final" in errors[0], done.stdout

@@ -1,17 +1,24 @@
 //! A picture in memory, as `octray render` makes it: for the Python package.
 
-pub use super::plan::{CameraOptions, Side, StartView, Style};
 use super::{
-    CliError, args, load,
-    plan::{InputPlan, MeshOptions},
+    CliError, args,
+    load::{self, Input, memory::PixelBytes},
+    plan::{InputKind, InputPlan, PictureOptions},
+    write::{self, Axis, Format, Pixels, Z_STEP, instance_number},
+};
+pub use super::{
+    plan::{CameraOptions, MeshOptions, Side, StartView, Style},
+    write::AovKind,
 };
 use crate::{
     accel::{BuildQuality, Bvh},
     format::{
         self,
         mesh::{LoadedMesh, UpAxis, UpSource},
+        ply,
     },
-    render::{Aovs, Film, OnProgress, Renderer, Settings},
+    ray::PrimitiveId,
+    render::{Aovs, OnProgress, Renderer, Settings},
     scene::{Camera, TriangleMesh},
 };
 use std::path::Path;
@@ -26,13 +33,14 @@ pub fn mesh(path: &Path) -> Result<LoadedMesh, CliError> {
 }
 
 /// Returns the camera of a picture of `size`: of a mesh whose z axis points up, in the style of [`picture`], or one that
-/// depends on no mesh.
+/// depends on no mesh. Only the positions of the mesh are used.
 ///
 /// # Errors
 /// [`CliError::Usage`].
 pub fn camera(
     mesh: Option<TriangleMesh>,
     options: &CameraOptions,
+    shown: &MeshOptions,
     [width, height]: [u32; 2],
 ) -> Result<Camera, CliError> {
     options.check()?;
@@ -45,16 +53,7 @@ pub fn camera(
         columns,
         ..LoadedMesh::default()
     };
-    options.for_mesh(&mesh, UpAxis::Z, aspect, &shown(None))
-}
-
-/// How a mesh is shown.
-fn shown(style: Option<Style>) -> MeshOptions {
-    MeshOptions {
-        style: style.unwrap_or(Style::Studio),
-        is_style_given: style.is_some(),
-        ..MeshOptions::default()
-    }
+    options.for_mesh(&mesh, shown.up_axis.unwrap_or(UpAxis::Z), aspect, shown)
 }
 
 /// The subject of a picture.
@@ -62,83 +61,217 @@ fn shown(style: Option<Style>) -> MeshOptions {
 pub enum Subject<'a> {
     /// A scene or a mesh.
     File(&'a Path),
-    /// A mesh whose z axis points up.
-    Mesh(TriangleMesh),
+    /// The bytes of a scene or a mesh, with a name in messages. Files that it names are in the name's folder.
+    Bytes(&'a [u8], &'a Path),
+    /// A mesh in memory.
+    Mesh(MeshArrays),
+}
+
+/// A mesh whose z axis points up, unless an option says otherwise.
+#[derive(Debug, Default)]
+pub struct MeshArrays {
+    /// The mesh, with the display values of its vertices' colours if they have some.
+    pub columns: TriangleMesh,
+    /// A display value for each triangle, or empty.
+    pub face_colors: Vec<[f32; 3]>,
+}
+
+/// How a picture is made: options of `octray render`.
+#[derive(Debug)]
+pub struct Request {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    pub camera: CameraOptions,
+    pub mesh: MeshOptions,
+    /// A value of `--samples`.
+    pub samples: Option<String>,
+    pub max_depth: u32,
+    pub shadows: bool,
+    /// Whether pixels that show nothing get alpha 0.
+    pub transparent: bool,
+    /// Whether bytes are in sRGB; by the style if `None`.
+    pub srgb: Option<bool>,
+    /// Linear floats, as in an EXR file, instead of bytes.
+    pub floats: bool,
+    /// The frame of a scene with keyframes, from 1 on.
+    pub frame: Option<u32>,
+    pub aovs: Vec<AovKind>,
+}
+
+/// The values of all pixels, row by row, the top row first.
+#[derive(Debug)]
+pub enum Values {
+    Bytes(Vec<u8>),
+    Floats(Vec<f32>),
+    Whole(Vec<u32>),
+    Flags(Vec<bool>),
 }
 
 /// A picture in memory.
 #[derive(Debug)]
 pub struct Picture {
-    /// Red, green and blue of each pixel, row by row, the top row first: the bytes that `octray render` writes.
-    pub color: Vec<u8>,
-    /// Its output variables, if requested.
-    pub aovs: Option<Aovs>,
+    /// Red, green, blue and, if transparent, alpha of each pixel: the bytes or floats that `octray render` writes.
+    pub color: Values,
+    /// The requested AOVs, by name.
+    pub aovs: Vec<(&'static str, Values)>,
     /// Warnings.
     pub notes: Vec<String>,
 }
 
-/// Renders a picture of `size` (width and height, pixels). Without a style meshes are in that of `octray render`; `samples`
-/// is a value of its `--samples`.
+impl Request {
+    /// Which memory a picture takes for each pixel.
+    fn pixel_bytes(&self) -> PixelBytes {
+        PixelBytes {
+            film: if self.transparent { 16 } else { 12 },
+            exr: false,
+            aovs: !self.aovs.is_empty(),
+            compared: false,
+        }
+    }
+}
+
+/// Renders a picture.
 ///
 /// # Errors
 /// [`CliError`].
 pub fn picture(
     subject: Subject<'_>,
-    camera: CameraOptions,
-    [width, height]: [u32; 2],
-    style: Option<Style>,
-    samples: Option<&str>,
-    with_aovs: bool,
+    request: Request,
     on_progress: OnProgress<'_>,
 ) -> Result<Picture, CliError> {
+    let [width, height] = request.size;
     let settings = Settings {
         width,
         height,
+        max_depth: request.max_depth,
+        shadows: request.shadows,
         ..Settings::default()
     };
     settings.validate()?;
-    let aspect = f64::from(width) / f64::from(height);
     let memory = load::memory::limit(None);
-    let mesh = shown(style);
-    let style = mesh.style;
-    let (plan, mut input) = match subject {
+    let memory = load::memory::beside_picture(memory, (width, height), request.pixel_bytes())?;
+    let is_soft = request.mesh.style.is_soft();
+    let aspect = f64::from(width) / f64::from(height);
+    let (plan, mut input) = loaded(subject, request.camera, request.mesh, aspect, memory)?;
+    if let Some(frame) = request.frame {
+        move_to(&mut input, &plan, frame)?;
+    }
+    let is_soft = input.is_mesh() && is_soft;
+    let (settings, transfer) = args::look(settings, is_soft, request.samples.as_deref(), request.srgb)?;
+    settings.validate()?;
+    let faults = load::faults::of(&input.scene);
+    if !input.is_cloud {
+        input.notes.extend(faults.warning(plan.name()));
+    }
+    load::memory::check_build(&input.scene, BuildQuality::Best)?;
+    let bvh = Bvh::build(&input.scene);
+    let mut renderer = Renderer::new(&input.scene, &bvh);
+    let format = if request.floats { Format::Exr } else { Format::Png };
+    let options = PictureOptions {
+        transfer,
+        transparent: request.transparent,
+        aovs: Vec::new(),
+        z_step: Z_STEP,
+    };
+    let mut picture = write::Picture::new(format, &options);
+    picture.render(&mut renderer, &input.camera, &settings, on_progress)?;
+    let aovs = if request.aovs.is_empty() {
+        Vec::new()
+    } else {
+        let all = renderer.aovs(&input.camera, &settings, false, on_progress)?;
+        let axis = Axis::of(&input.camera, &settings);
+        let of_kind = |which: &AovKind| (which.name(), values(&all, *which, axis));
+        request.aovs.iter().map(of_kind).collect()
+    };
+    Ok(Picture {
+        color: color(picture, request.floats),
+        aovs,
+        notes: input.notes,
+    })
+}
+
+/// Loads the subject of a picture.
+fn loaded(
+    subject: Subject<'_>,
+    camera: CameraOptions,
+    mesh: MeshOptions,
+    aspect: f64,
+    memory: u64,
+) -> Result<(InputPlan, Input), CliError> {
+    match subject {
         Subject::File(path) => {
             let plan = InputPlan::new(path, camera, mesh, aspect)?;
             let input = load::load_and_list(&plan, memory, &mut Vec::new())?;
-            (plan, input)
+            Ok((plan, input))
         }
-        Subject::Mesh(columns) => {
-            camera.check()?;
-            let plan = InputPlan::of_mesh(camera, mesh, aspect);
-            let mesh = LoadedMesh {
+        Subject::Bytes(bytes, name) => {
+            let plan = InputPlan::in_memory((name, InputKind::Any), camera, mesh, aspect)?;
+            let input = load::load_bytes(&plan, bytes, memory)?;
+            Ok((plan, input))
+        }
+        Subject::Mesh(MeshArrays { columns, face_colors }) => {
+            let plan = InputPlan::in_memory((Path::new("mesh"), InputKind::Mesh), camera, mesh, aspect)?;
+            let mut mesh = LoadedMesh {
                 columns,
                 up: UpAxis::Z,
                 up_source: UpSource::Stated,
                 ..LoadedMesh::default()
             };
+            if !face_colors.is_empty() {
+                ply::paint_triangles(&mut mesh, &face_colors, plan.name(), memory)?;
+            }
             let input = load::show_mesh(&plan, mesh, memory)?;
-            (plan, input)
+            Ok((plan, input))
         }
-    };
-    let faults = load::faults::of(&input.scene);
-    if !input.is_cloud {
-        input.notes.extend(faults.warning(plan.name()));
     }
-    let (settings, transfer) = args::look(settings, input.is_mesh().then_some(style), samples)?;
-    settings.validate()?;
-    load::memory::check_build(&input.scene, BuildQuality::Best)?;
-    let bvh = Bvh::build(&input.scene);
-    let mut renderer = Renderer::new(&input.scene, &bvh);
-    let mut film = <Film>::new(1, 1);
-    renderer.render(&input.camera, &settings, &mut film, on_progress)?;
-    let aovs = if with_aovs {
-        Some(renderer.aovs(&input.camera, &settings, false, on_progress)?)
-    } else {
-        None
-    };
-    Ok(Picture {
-        color: film.to_bytes(transfer),
-        aovs,
-        notes: input.notes,
-    })
+}
+
+/// Moves a scene and its camera to a frame.
+fn move_to(input: &mut Input, plan: &InputPlan, frame: u32) -> Result<(), CliError> {
+    if input.is_mesh() {
+        let why = "frame: meshes have no frames, only scenes with keyframes: use --animation-time";
+        return Err(CliError::Usage(why.into()));
+    }
+    let count = input.scene.frame_count();
+    if frame > count {
+        let why = format!("frame: expected at most {count}, the last frame of the scene, found {frame}");
+        return Err(CliError::Usage(why));
+    }
+    let moved = input.scene.set_time(frame.into());
+    moved.map_err(|error| CliError::Failed(error.to_string()))?;
+    input.camera = plan.camera.for_scene(&input.scene)?;
+    Ok(())
+}
+
+/// The colours of a picture.
+fn color(picture: write::Picture, floats: bool) -> Values {
+    match picture.pixels {
+        Pixels::Linear(film) if floats => Values::Floats(film.pixels().as_flattened().to_vec()),
+        Pixels::Transparent(film) if floats => Values::Floats(film.pixels().as_flattened().to_vec()),
+        _ => Values::Bytes(picture.bytes().into_owned()),
+    }
+}
+
+/// The values of an AOV.
+fn values(aovs: &Aovs, which: AovKind, axis: Axis) -> Values {
+    let pixels = &aovs.pixels;
+    match which {
+        AovKind::Depth => Values::Floats(pixels.iter().map(|pixel| pixel.depth).collect()),
+        AovKind::Normal => Values::Floats(pixels.iter().flat_map(|pixel| pixel.normal).collect()),
+        AovKind::Albedo => Values::Floats(pixels.iter().flat_map(|pixel| pixel.albedo).collect()),
+        AovKind::Id => Values::Whole(pixels.iter().map(|pixel| pixel.primitive.0).collect()),
+        AovKind::Heat => Values::Whole(pixels.iter().map(|pixel| pixel.cost.total()).collect()),
+        AovKind::Mask => {
+            let is_hit = pixels.iter().map(|pixel| pixel.primitive != PrimitiveId::NONE);
+            Values::Flags(is_hit.collect())
+        }
+        AovKind::Z => {
+            let z = pixels
+                .iter()
+                .enumerate()
+                .map(|(i, pixel)| axis.z(i, pixel) as f32);
+            Values::Floats(z.collect())
+        }
+        AovKind::Instance => Values::Whole(pixels.iter().map(instance_number).collect()),
+    }
 }

@@ -233,18 +233,18 @@ pub(super) fn name_of(value: &impl ValueEnum) -> String {
     value.map_or(String::new(), |value| value.get_name().to_owned())
 }
 
-/// Returns how `octray render` makes a picture of a scene, or of a mesh in `style`, with the value of `--samples` as its only
-/// other option.
+/// Returns how `octray render` makes a picture of a scene, or of a mesh in one of the soft styles, with the value of `--samples`
+/// and with `--srgb` or `--linear`.
 ///
 /// # Errors
-/// [`CliError::Usage`] if that is not a value of it.
+/// [`CliError::Usage`] if that is not a value of `--samples`.
 pub fn look(
     mut settings: Settings,
-    style: Option<Style>,
+    is_soft: bool,
     samples: Option<&str>,
+    srgb: Option<bool>,
 ) -> Result<(Settings, Transfer), CliError> {
     let wrong = |expected| CliError::Usage(format!("samples: {expected}"));
-    let is_soft = style.is_some_and(Style::is_soft);
     let sampling = SampleArgs {
         samples: samples.map(Samples::parse).transpose().map_err(wrong)?,
         pattern: None,
@@ -252,8 +252,8 @@ pub fn look(
     };
     sampling.apply(&mut settings, is_soft, usual_samples(is_soft))?;
     let transfer = TransferArgs {
-        srgb: false,
-        linear: false,
+        srgb: srgb == Some(true),
+        linear: srgb == Some(false),
     };
     Ok((settings, transfer.transfer(is_soft)))
 }

@@ -73,6 +73,21 @@ pub fn load_and_list(
     }
 }
 
+/// As [`load_and_list`], from the bytes of a scene or a mesh: the plan's path only names them, and files that they name are
+/// in its folder.
+///
+/// # Errors
+/// [`CliError`].
+pub fn load_bytes(plan: &InputPlan, bytes: &[u8], memory: u64) -> Result<Input, CliError> {
+    let path = plan.name();
+    process::at_work_on(path);
+    let shown = shown(plan, plan.mesh.moment.clone());
+    match format::load_any_shown(bytes, path, &mut Vec::new(), memory, shown)? {
+        Loaded::Scene(scene) => show_scene(plan, *scene),
+        Loaded::Mesh(mesh) => show_mesh(plan, *mesh, memory),
+    }
+}
+
 /// Loads a frame of the animation that a mesh plays, as [`load_and_list`] its first one.
 ///
 /// # Errors

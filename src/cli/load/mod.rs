@@ -8,6 +8,6 @@ pub mod memory;
 mod playback;
 mod stage;
 
-pub use input::{Input, load_and_list, load_bare, load_frame, show_mesh};
+pub use input::{Input, load_and_list, load_bare, load_bytes, load_frame, show_mesh};
 pub use playback::Poses;
 pub use stage::Rig;

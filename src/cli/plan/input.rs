@@ -146,15 +146,25 @@ impl InputPlan {
         name(&self.path)
     }
 
-    /// A mesh that is in memory.
-    pub fn of_mesh(camera: CameraOptions, mesh: MeshOptions, aspect: f64) -> Self {
-        Self {
-            path: PathBuf::from("mesh"),
-            kind: InputKind::Mesh,
+    /// A scene or a mesh that is in memory, with this name in messages.
+    ///
+    /// # Errors
+    /// [`CliError`], as for [`InputPlan::new`].
+    pub fn in_memory(
+        (name, kind): (&Path, InputKind),
+        camera: CameraOptions,
+        mesh: MeshOptions,
+        aspect: f64,
+    ) -> Result<Self, CliError> {
+        camera.check()?;
+        mesh.check()?;
+        Ok(Self {
+            path: name.to_owned(),
+            kind,
             camera,
             mesh,
             aspect,
-        }
+        })
     }
 
     /// Checks what can be known without loading: the file exists, its type is supported, and the options suit it.

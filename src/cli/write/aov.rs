@@ -208,7 +208,7 @@ impl Axis {
     }
 
     /// The depth along the view of the pixel with that index.
-    fn z(&self, index: usize, pixel: &Aov) -> f64 {
+    pub fn z(&self, index: usize, pixel: &Aov) -> f64 {
         let (x, y) = (index as u32 % self.width, index as u32 / self.width);
         let point = [(x, 0), (y, 1)].map(|(at, axis)| f64::from(self.first[axis] + at) + 0.5);
         let depth = f64::from(pixel.depth);
@@ -223,7 +223,7 @@ impl Axis {
 }
 
 /// 0 for a miss, 1 outside of instances, then the instances.
-fn instance_number(pixel: &Aov) -> u32 {
+pub fn instance_number(pixel: &Aov) -> u32 {
     match (pixel.primitive, pixel.instance) {
         (PrimitiveId::NONE, _) => 0,
         (_, InstanceId::NONE) => 1,

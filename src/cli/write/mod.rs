@@ -19,14 +19,13 @@ mod samples;
 mod sheet;
 
 pub use animation::Animation;
-pub use aov::{AovKind, DepthRange, Z_STEP};
+pub use aov::{AovKind, Axis, DepthRange, Z_STEP, instance_number};
 pub use aov_files::{AovFiles, RenderedAovs};
 pub use compare::{Comparison, Verdict};
 pub use encode::{Format, is_animation};
 pub use json::{json_line, write_json};
 pub use merge::Tiles;
 pub use output::{Output, check_writable, names_directory};
-#[cfg(feature = "viewer")]
-pub use picture::Pixels;
+pub use picture::{Picture, Pixels};
 pub use replace::{Inputs, identity, is_foreign};
 pub use sheet::{Sheet, sheet_size};

@@ -6,6 +6,8 @@ use super::{
     painted::{Look, Paint},
     slots::splat_colors,
 };
+#[cfg(feature = "cli")]
+use crate::error::LoadError;
 use crate::{
     error::clip_path,
     format::{
@@ -79,6 +81,30 @@ pub(super) fn finish(
         texture_files,
         ..LoadedMesh::default()
     })
+}
+
+/// Gives each triangle of a mesh a colour, a display value from 0 to 1, as if it were a face of a file. `name` stands for the
+/// mesh in notes; the colours may take `memory` bytes.
+///
+/// # Errors
+/// [`LoadError`] if they take more.
+#[cfg(feature = "cli")]
+pub(crate) fn paint_triangles(
+    mesh: &mut LoadedMesh,
+    colors: &[[f32; 3]],
+    name: &Path,
+    memory: u64,
+) -> Result<(), LoadError> {
+    let budget = Budget::new(memory);
+    let paint = Paint::of(colors, &budget).map_err(|error| error.into_error(name))?;
+    mesh.surfaces = paint
+        .looks
+        .iter()
+        .map(|look| surface(look, None, false))
+        .collect();
+    mesh.notes.extend(rounded_note(paint.rounded, "there are", name));
+    mesh.surface_of = paint.look_of;
+    Ok(())
 }
 
 /// The surface of each look, and the images that they show. Adds the notes about textures and about everything that is left
@@ -181,13 +207,15 @@ fn paint_notes(paint: &Paint, header: &Header, path: &Path) -> Vec<String> {
         "face colours are",
         "not from 0 to 1: clamped",
     );
-    add(
-        paint.rounded,
-        "face has",
-        "faces have",
-        "a rounded colour: the file has too many colours",
-    );
+    notes.extend(rounded_note(paint.rounded, "the file has", path));
     notes
+}
+
+/// The note about faces whose colours are rounded; `there_are` says where too many are.
+fn rounded_note(rounded: usize, there_are: &str, path: &Path) -> Option<String> {
+    let faces = counted(rounded, "face has", "faces have");
+    let path = clip_path(path);
+    (rounded > 0).then(|| format!("{path}: {faces} a rounded colour: {there_are} too many colours"))
 }
 
 /// Gives corners their texture coordinates. A vertex whose corners differ becomes several.

@@ -31,6 +31,9 @@ mod painted;
 mod rows;
 mod slots;
 
+#[cfg(feature = "cli")]
+pub(crate) use finish::paint_triangles;
+
 use super::{
     OpenMesh,
     budget::Budget,

@@ -244,6 +244,22 @@ impl Faces<'_> {
 }
 
 impl Paint {
+    /// Paints triangles that are a face each.
+    #[cfg(feature = "cli")]
+    pub(super) fn of(colors: &[[f32; 3]], budget: &Budget) -> Result<Self, BudgetError> {
+        let mut paint = Self::default();
+        budget.reserve(&mut paint.look_of, colors.len())?;
+        for (end, color) in (1..).zip(colors) {
+            let look = Look {
+                color: Some(color.map(f32::to_bits)),
+                texture: None,
+            };
+            paint.add(look, end, budget)?;
+        }
+        paint.forget_looks(budget);
+        Ok(paint)
+    }
+
     /// Gives a look to the triangles up to `end`.
     fn add(&mut self, mut look: Look, end: usize, budget: &Budget) -> Result<(), BudgetError> {
         if self.looks.get(self.last as usize) != Some(&look) {

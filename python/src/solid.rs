@@ -1,0 +1,99 @@
+//! The meshes of pictures: their arrays, and options of how they are shown.
+
+use octray::{
+    Geometry,
+    cli::picture::{MeshArrays, MeshOptions, Style},
+    format::mesh::UpAxis,
+    scene::TriangleMesh,
+};
+use pyo3::{exceptions::PyValueError, prelude::*};
+
+/// Colours of vertices or faces, display values from 0 to 1.
+pub enum Colors {
+    None,
+    Vertices(Vec<[f32; 3]>),
+    Faces(Vec<[f32; 3]>),
+}
+
+/// Which vertices a triangle uses.
+fn used(geometry: &Geometry) -> Vec<bool> {
+    let mut is_used = vec![false; geometry.vertex_count()];
+    for &corner in geometry.triangles().as_flattened() {
+        is_used[corner as usize] = true;
+    }
+    is_used
+}
+
+/// The positions of vertices that a triangle uses, relative to the geometry's middle.
+pub fn points(geometry: &Geometry) -> TriangleMesh {
+    let is_used = used(geometry);
+    let vertices = geometry.scene().vertices();
+    let column = |column: &[f32]| {
+        let used = column.iter().zip(&is_used).filter(|(_, is_used)| **is_used);
+        used.map(|(&coordinate, _)| coordinate).collect()
+    };
+    TriangleMesh {
+        x: column(&vertices.x),
+        y: column(&vertices.y),
+        z: column(&vertices.z),
+        ..TriangleMesh::default()
+    }
+}
+
+/// A copy of the mesh relative to its middle. Vertices that no triangle uses are left out, as when a file is loaded: they would
+/// change the framing.
+pub fn copied(geometry: &Geometry, colors: Colors) -> MeshArrays {
+    let is_used = used(geometry);
+    let mut columns = points(geometry);
+    columns.triangles = geometry.triangles().to_vec();
+    if is_used.contains(&false) {
+        let before = is_used.iter().scan(0, |count, &used| {
+            let before = *count;
+            *count += u32::from(used);
+            Some(before)
+        });
+        let moved: Vec<u32> = before.collect();
+        for corner in columns.triangles.as_flattened_mut() {
+            *corner = moved[*corner as usize];
+        }
+    }
+    let mut face_colors = Vec::new();
+    match colors {
+        Colors::None => {}
+        Colors::Faces(colors) => face_colors = colors,
+        Colors::Vertices(mut colors) => {
+            let mut used = is_used.into_iter();
+            colors.retain(|_| used.next() == Some(true));
+            columns.colors = colors;
+        }
+    }
+    MeshArrays { columns, face_colors }
+}
+
+/// The options of a mesh in a style.
+pub fn styled(style: Option<&str>) -> PyResult<MeshOptions> {
+    let is_style_given = style.is_some();
+    let style = match style {
+        None | Some("studio") => Style::Studio,
+        Some("plain") => Style::Plain,
+        Some("clay") => Style::Clay,
+        Some(other) => {
+            let why = format!("style: expected plain, studio or clay, found {other:?}");
+            return Err(PyValueError::new_err(why));
+        }
+    };
+    Ok(MeshOptions {
+        style,
+        is_style_given,
+        ..MeshOptions::default()
+    })
+}
+
+/// The axis of that name.
+pub fn up_axis(name: Option<&str>) -> PyResult<Option<UpAxis>> {
+    let parsed = name.map(str::parse).transpose();
+    parsed.map_err(|expected: String| {
+        let found = name.unwrap_or_default();
+        PyValueError::new_err(format!("up_axis: {expected}, found {found:?}"))
+    })
+}
