@@ -11,7 +11,7 @@ use crate::{
             ViewPlan, is_standard_input, playback_of, stem,
         },
         process,
-        report::{self, quoted},
+        report::{self, quoted, quoted_path},
         write::{Format, Inputs, Pixels, json_line, write_json},
     },
     error::clip,
@@ -204,14 +204,14 @@ impl Program {
             options += &format!(" --point-size={diameter}");
         }
         if let Some((path, degrees)) = &mesh.environment {
-            options += &format!(" --environment={}", quoted(path));
+            options += &format!(" --environment={}", quoted(path.as_os_str()));
             if *degrees != 0.0 {
                 options += &format!(" --environment-rotate={degrees}");
             }
         }
         if let Some(moment) = &mesh.moment {
             if let Some(animation) = &moment.animation {
-                options += &format!(" --animation={}", quoted(Path::new(animation)));
+                options += &format!(" --animation={}", quoted(animation.as_ref()));
             }
             options += &if mesh.playback.is_some() {
                 format!(" --fps={} --frames={frame}", self.fps)
@@ -317,7 +317,7 @@ impl Host for Program {
     }
 
     fn say(&self, camera: &str, frame: u32, settings: &Settings, transfer: Transfer) {
-        let scene = quoted(&self.input.path);
+        let scene = quoted_path(&self.input.path);
         let Settings { width, height, .. } = settings;
         let mut options = self.mesh_options(frame) + &spelled(settings, transfer, self.style);
         // That is where a scene stands anyway.
