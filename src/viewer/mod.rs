@@ -6,7 +6,7 @@
 //! - `shell` is the window itself, first with the progress of [`loading`]; `window` and `input` handle events and show finished
 //!   pictures.
 //! - [`timeline`] is the scene at one of its frames, and [`playback`] chooses the frame.
-//! - [`watch`] reloads changed files.
+//! - [`watch`] reloads changed [`sources`].
 
 pub mod axis;
 pub mod benchmark;
@@ -32,6 +32,7 @@ pub mod progressive;
 pub mod request;
 pub mod screen;
 mod shell;
+pub mod sources;
 mod status;
 mod surface;
 pub mod timeline;
@@ -49,7 +50,8 @@ use glam::DMat3;
 use loading::Loading;
 use pose::Pose;
 use shell::{Event, Shell};
-use std::{fmt, path::PathBuf, sync::Arc, time::Duration};
+use sources::Sources;
+use std::{fmt, sync::Arc, time::Duration};
 use timeline::Frames;
 use winit::event_loop::{ControlFlow, EventLoop};
 
@@ -59,7 +61,7 @@ pub const MAX_SIDE: u32 = 32_767;
 /// The services that the program provides to its window.
 pub trait Host: Send + Sync {
     /// Loads the scene, with progress. Returns it or an error, and all files that belong to it, to be watched.
-    fn load(&self, loading: &Loading) -> (Result<Loaded, String>, Vec<PathBuf>);
+    fn load(&self, loading: &Loading) -> (Result<Loaded, String>, Sources);
 
     /// Plays the animation of a mesh from the next load on. Returns false if it has none.
     ///
@@ -112,7 +114,7 @@ pub struct Content {
     /// The scene.
     pub scene: Scene,
     /// All files that belong to it, to be watched.
-    pub files: Vec<PathBuf>,
+    pub sources: Sources,
     /// The program.
     pub host: Arc<dyn Host>,
 }

@@ -127,14 +127,14 @@ impl App {
         let Ready {
             options,
             timeline,
-            files,
+            sources,
             host,
         } = ready;
         let orbit = Orbit::new(options.pose, timeline.now().scene.bounds())?;
         let reload = options.benchmark.is_none().then(|| {
             let (proxy, progress) = (proxy.clone(), Loading::again(proxy.clone()));
             let host = Arc::clone(&host);
-            watch::start(host, files, options.quality, progress, move |reloaded| {
+            watch::start(host, sources, options.quality, progress, move |reloaded| {
                 // Fails once the window is closed.
                 let _ = proxy.send_event(Event::Reloaded(reloaded));
             })

@@ -33,6 +33,7 @@ fn the_window_does_what_its_keys_say() {
             moving::play_and_step,
             moving::play_a_mesh,
             loading::is_shown,
+            loading::takes_the_last_change,
         ],
         &[
             changed_files_are_loaded,

@@ -19,15 +19,19 @@ use crate::{
     render::{ByteFilm, Settings, Transfer},
     scene::Scene,
     viewer::{
-        Content, Display, Host, Loaded, MAX_SIDE, Options, Start, ViewError, benchmark::Report,
-        loading::Loading, pose::Pose, timeline::Frames,
+        Content, Display, Host, Loaded, MAX_SIDE, Options, Start, ViewError,
+        benchmark::Report,
+        loading::Loading,
+        pose::Pose,
+        sources::{Sources, States},
+        timeline::Frames,
     },
     whole_file,
 };
 use glam::{DMat3, DVec3};
 use std::{
     io::Write,
-    path::{Path, PathBuf},
+    path::Path,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
@@ -76,13 +80,21 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
     }
 }
 
-/// Limits of a load of `memory` bytes, which reports its progress.
-fn limits(input: &InputPlan, memory: u64, loading: &Loading) -> Limits {
+/// Loads within `memory` bytes, reports its progress, and lists the files.
+fn load_and_list(input: &InputPlan, memory: u64, loading: &Loading) -> (Result<Input, CliError>, Sources) {
     let stage = loading.stage(stages::reading(input), stages::bytes_of(input));
-    Limits {
+    let (mut files, states) = (Vec::new(), States::default());
+    let noted = states.clone();
+    let limits = Limits {
         memory,
         on_read: Some(Arc::new(move |bytes| stage.add(bytes as u64))),
+        on_open: Some(Arc::new(move |path| noted.note(path))),
+    };
+    if let Some((path, _)) = &input.mesh.environment {
+        states.note(path);
     }
+    let loaded = load::load_and_list(input, limits, &mut files);
+    (loaded, Sources { files, states })
 }
 
 /// Loads what the window shows.
@@ -98,15 +110,15 @@ fn load(plan: ViewPlan, loading: &Loading) -> Result<Content, CliError> {
         json,
         memory,
     } = plan;
-    let mut files = Vec::new();
-    let loaded = load::load_and_list(&input, limits(&input, memory, loading), &mut files)?;
+    let (loaded, sources) = load_and_list(&input, memory, loading);
+    let loaded = loaded?;
     let (is_mesh, lit_from) = (loaded.is_mesh(), loaded.is_lit_from());
     let Input {
         scene, camera, notes, ..
     } = loaded;
     let mut inputs = Inputs::default();
     inputs.add(&input.path, "the scene");
-    inputs.add_scene(&input.path, &files, Some(&scene));
+    inputs.add_scene(&input.path, &sources.files, Some(&scene));
     inputs.check_json(json.as_ref())?;
     let Look { settings, picture } = looks.of(is_mesh);
     report::warnings(notes.iter().cloned());
@@ -134,7 +146,7 @@ fn load(plan: ViewPlan, loading: &Loading) -> Result<Content, CliError> {
     Ok(Content {
         options,
         scene,
-        files,
+        sources,
         host: Arc::new(program),
     })
 }
@@ -227,16 +239,16 @@ impl Program {
 }
 
 impl Host for Program {
-    fn load(&self, loading: &Loading) -> (Result<Loaded, String>, Vec<PathBuf>) {
-        let mut files = Vec::new();
+    fn load(&self, loading: &Loading) -> (Result<Loaded, String>, Sources) {
         if is_standard_input(&self.input.path) {
-            return (Err("standard input cannot be read again".into()), files);
+            let why = "standard input cannot be read again";
+            return (Err(why.into()), Sources::default());
         }
         let input = InputPlan {
             mesh: self.mesh().clone(),
             ..self.input.clone()
         };
-        let loaded = load::load_and_list(&input, limits(&input, self.memory, loading), &mut files);
+        let (loaded, sources) = load_and_list(&input, self.memory, loading);
         let loaded = loaded.map(|mut loaded| {
             *self.lit_from() = loaded.is_lit_from();
             self.warn(std::mem::take(&mut loaded.notes));
@@ -256,7 +268,7 @@ impl Host for Program {
                 }),
             }
         });
-        (loaded.map_err(|error| error.text().unwrap_or_default()), files)
+        (loaded.map_err(|error| error.text().unwrap_or_default()), sources)
     }
 
     fn animate(&self) -> Result<bool, String> {

@@ -284,6 +284,14 @@ impl<'a> Viewer<'a> {
         self.folder.write(name, text);
     }
 
+    pub fn create_folder(&self, name: &str) {
+        fs::create_dir(self.folder.path(name)).unwrap();
+    }
+
+    pub fn rename(&self, from: &str, to: &str) {
+        fs::rename(self.folder.path(from), self.folder.path(to)).unwrap();
+    }
+
     pub fn remove(&self, name: &str) {
         fs::remove_file(self.folder.path(name)).unwrap();
     }
