@@ -9,7 +9,7 @@ use super::{
     mailbox::{Picture, Shared},
     orbit::Orbit,
     overlay::{self, Overlay},
-    playback::Playback,
+    playback::{Awaited, Playback},
     pose::Pose,
     probe,
     request::{Boxes, Look, Request, Style},
@@ -81,8 +81,8 @@ pub struct App {
     pub(super) reload: Option<Reload>,
     pub(super) timeline: Arc<Timeline>,
     pub(super) playback: Playback,
-    /// Whether the animation plays once it is loaded.
-    pub(super) will_play: bool,
+    /// What the animation does once it is loaded.
+    pub(super) awaited: Option<Awaited>,
     pub(super) orbit: Orbit,
     /// The starting camera; that of the frame if the scene's camera moves.
     pub(super) home: Pose,
@@ -152,7 +152,7 @@ impl App {
             reload,
             playback: Playback::new(timeline.count(), options.fps),
             timeline,
-            will_play: false,
+            awaited: None,
             orbit,
             home: options.pose,
             up: [up; 2],
@@ -320,10 +320,10 @@ impl App {
         match reloaded {
             Ok((timeline, home)) => {
                 self.orbit.set_bounds(timeline.now().scene.bounds());
-                let what = if self.will_play {
-                    "playing"
-                } else {
-                    "file reloaded"
+                let what = match self.awaited.filter(|_| timeline.is_played()) {
+                    Some(Awaited::Play) => "playing",
+                    Some(Awaited::Step(_)) => "animation loaded",
+                    None => "file reloaded",
                 };
                 self.take_timeline(timeline);
                 self.error = None;
@@ -336,7 +336,7 @@ impl App {
                 self.show_frame();
             }
             Err(error) => {
-                self.will_play = false;
+                self.awaited = None;
                 (self.error, self.message) = (Some(error), None);
                 self.redraw();
             }
