@@ -188,14 +188,18 @@ impl App {
 
     /// Prints the command that makes the picture at rest.
     fn print_camera(&self) {
+        let shown = self.style;
         let style = Style {
             look: Look::Full,
-            ..self.style
+            ..shown
         };
         let settings = style.settings(self.size, style.last_samples());
         let frame = self.playback.frame();
-        let camera = self.orbit.pose().options();
-        self.host.say(&camera, frame, &settings, style.transfer);
+        let mut view = self.orbit.pose().options();
+        if let Some(layer) = shown.layer() {
+            view += &format!(" --aov={layer}");
+        }
+        self.host.say(&view, frame, &settings, style.transfer);
     }
 
     /// Saves the picture if requested, once the scene is at the frame.

@@ -78,9 +78,9 @@ pub trait Host: Send + Sync {
     /// Returns the starting camera at a frame, if the scene moves.
     fn camera(&self, scene: &Scene, frame: u32) -> Option<Pose>;
 
-    /// Prints the command that renders a picture: of this camera, given as options of `octray render`, at this frame, with
-    /// these settings and this transfer.
-    fn say(&self, camera: &str, frame: u32, settings: &Settings, transfer: Transfer);
+    /// Prints the command that renders a picture: of this camera and layer, given as options of `octray render`, at this
+    /// frame, with these settings and this transfer.
+    fn say(&self, view: &str, frame: u32, settings: &Settings, transfer: Transfer);
 
     /// Makes another axis of a mesh (`x`, `-z`, ...) point up from the next load on, and turns its light by `rotation`.
     /// Returns false if it cannot.

@@ -101,10 +101,12 @@ fn every_key_does_something(screen: &Screen) {
         viewer.key(key);
         back(&viewer, key);
     }
-    // Two of them are also layers of render.
+    // Two of them are also layers of render, and the printed command makes them.
     for (key, aov) in [("n", "normal"), ("h", "heat")] {
         viewer.key(key);
-        viewer.render(&["--view=1", &format!("--aov={aov}")]);
+        let line = viewer.camera_options();
+        assert!(line.contains(&format!(" --aov={aov}")), "{line}");
+        viewer.render(&line.split_whitespace().collect::<Vec<_>>());
         let expected = viewer.picture(&format!("expected.{aov}.png"));
         viewer.wait_for_picture(aov, &expected, 2 * BELOW_MESSAGE);
         viewer.key(key);

@@ -328,7 +328,7 @@ impl Host for Program {
         Some(camera.view().into())
     }
 
-    fn say(&self, camera: &str, frame: u32, settings: &Settings, transfer: Transfer) {
+    fn say(&self, view: &str, frame: u32, settings: &Settings, transfer: Transfer) {
         let scene = quoted_path(&self.input.path);
         let Settings { width, height, .. } = settings;
         let mut options = self.mesh_options(frame) + &spelled(settings, transfer, self.style);
@@ -339,7 +339,7 @@ impl Host for Program {
         if self.has_config {
             options += " --no-config";
         }
-        let line = format!("octray render {scene} --size={width}x{height} {camera}{options}\n");
+        let line = format!("octray render {scene} --size={width}x{height} {view}{options}\n");
         // A closed pipe does not close the window.
         let _ = report::print(&line);
     }
