@@ -221,6 +221,7 @@ impl App {
         request.style.brute &= request.style.look == Look::Cost;
         request.style.settings.mode = Mode::Packet;
         let samples = request.style.last_samples();
+        *writing.lock().unwrap_or_else(PoisonError::into_inner) += 1;
         thread::spawn(move || {
             let mut painter = Painter::new(&model);
             let go_on = |_| {
@@ -231,14 +232,18 @@ impl App {
                 }
             };
             let traced = painter.trace(&request, request.size, samples, &go_on);
-            let saved = traced.map_err(|error| error.to_string()).and_then(|_| {
-                let _writing = writing.lock().unwrap_or_else(PoisonError::into_inner);
-                // The program does not wait for a file that is begun now.
-                if shared.has_ended() {
-                    return Err("the window is closed".into());
-                }
-                host.save(&painter.film)
-            });
+            let mut unsaved = writing.lock().unwrap_or_else(PoisonError::into_inner);
+            // The program does not wait for a file that is begun now.
+            if shared.has_ended() {
+                return;
+            }
+            let traced = traced.map_err(|error| error.to_string());
+            let saved = traced.and_then(|_| host.save(&painter.film));
+            // An error is shown, unless the window has been closed meanwhile.
+            if saved.is_ok() || !shared.has_ended() {
+                *unsaved -= 1;
+            }
+            drop(unsaved);
             let _ = proxy.send_event(Event::Saved(saved));
         });
     }

@@ -140,6 +140,15 @@ pub struct Options {
     pub benchmark: Option<Duration>,
 }
 
+/// What is left of a closed window.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Closed {
+    /// The results of a benchmark that showed frames.
+    pub figures: Option<Report>,
+    /// How many pictures were to be saved and are not.
+    pub unsaved: usize,
+}
+
 /// Why there is no window.
 #[derive(Debug)]
 pub enum ViewError {
@@ -204,8 +213,16 @@ impl Display {
             })
     }
 
-    /// Loads on another thread and shows its progress, then the scene. Returns when the window is closed: the results of a
-    /// benchmark that showed frames. Nothing is shown if `load` returns `None`.
+    /// Returns a function that closes the window, from any thread.
+    pub fn closer(&self) -> impl Fn() + Send + 'static + use<> {
+        let proxy = self.event_loop.create_proxy();
+        move || {
+            // Fails once the window is closed.
+            let _ = proxy.send_event(Event::Close);
+        }
+    }
+
+    /// Loads on another thread and shows its progress, then the scene. Returns when the window is closed. Nothing is shown if `load` returns `None`.
     ///
     /// # Errors
     /// [`ViewError`].
@@ -213,10 +230,10 @@ impl Display {
         self,
         start: Start,
         load: impl FnOnce(&Loading) -> Option<Content> + Send + 'static,
-    ) -> Result<Option<Report>, ViewError> {
+    ) -> Result<Closed, ViewError> {
         let failed = |error: &dyn fmt::Display| ViewError::Failed(error.to_string());
         let Some(mut shell) = Shell::new(start, self.event_loop.create_proxy(), load) else {
-            return Ok(None);
+            return Ok(Closed::default());
         };
         self.event_loop.set_control_flow(ControlFlow::Wait);
         self.event_loop

@@ -1,9 +1,9 @@
 //! The window of a loaded scene: shows pictures when they are ready, and waits in between.
 
 use super::{
-    Host, Options, ViewError,
+    Closed, Host, Options, ViewError,
     axis::Axis,
-    benchmark::{Benchmark, Report},
+    benchmark::Benchmark,
     keys,
     loading::{Loading, Ready},
     mailbox::{Picture, Shared},
@@ -109,8 +109,8 @@ pub struct App {
     pub(super) message: Option<(String, Instant)>,
     /// Whether a picture will be saved once the scene is at the frame.
     pub(super) saves: bool,
-    /// Held while a file is written, so that the end waits for it.
-    pub(super) writing: Arc<Mutex<()>>,
+    /// How many pictures are being saved. Held while a file is written, so that the end waits for it.
+    pub(super) writing: Arc<Mutex<usize>>,
 }
 
 impl App {
@@ -188,13 +188,16 @@ impl App {
     ///
     /// # Errors
     /// [`ViewError`] if the window could not be opened or was lost.
-    pub fn finish(self) -> Result<Option<Report>, ViewError> {
+    pub fn finish(self) -> Result<Closed, ViewError> {
         self.shared.end();
         // Waits for a file that is being written, not for a picture that is still traced for one.
-        let _written = self.writing.lock().unwrap_or_else(PoisonError::into_inner);
+        let unsaved = *self.writing.lock().unwrap_or_else(PoisonError::into_inner);
         match self.failure {
             Some(why) => Err(ViewError::Failed(why)),
-            None => Ok(self.benchmark.and_then(|benchmark| benchmark.report())),
+            None => Ok(Closed {
+                figures: self.benchmark.and_then(|benchmark| benchmark.report()),
+                unsaved: unsaved + usize::from(self.saves),
+            }),
         }
     }
 
@@ -376,7 +379,7 @@ impl App {
             Event::Saved(Ok(name)) => self.say(format!("saved {name}")),
             Event::Saved(Err(why)) => self.say(why),
             Event::Reloading(progress) => self.message = Some((progress, Instant::now() + LOADING)),
-            Event::Loading(_) | Event::Loaded => {}
+            Event::Loading(_) | Event::Loaded | Event::Close => {}
         }
         self.redraw();
     }

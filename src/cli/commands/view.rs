@@ -10,7 +10,7 @@ use crate::{
             InputKind, InputPlan, Look, MeshOptions, NOT_PLAYED_FROM_STANDARD_INPUT, Playing, Style,
             ViewPlan, is_standard_input, playback_of, stem,
         },
-        process,
+        process::Interrupt,
         report::{self, quoted, quoted_path},
         write::{Format, Inputs, Pixels, json_line, write_json},
     },
@@ -19,7 +19,7 @@ use crate::{
     render::{ByteFilm, Settings, Transfer},
     scene::Scene,
     viewer::{
-        Content, Display, Host, Loaded, MAX_SIDE, Options, Start, ViewError,
+        Closed, Content, Display, Host, Loaded, MAX_SIDE, Options, Start, ViewError,
         benchmark::Report,
         loading::Loading,
         pose::Pose,
@@ -48,8 +48,8 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
         let why = format!("a window of {width}x{height} is too large: a side has at most {MAX_SIDE} pixels");
         return Err(CliError::Failed(why));
     }
-    process::close_window_on_signals()?;
     let display = Display::connect()?;
+    let interrupt = Interrupt::of_window(display.closer())?;
     let path = &plan.input.path;
     let name = path.file_name().unwrap_or(path.as_os_str());
     let start = Start {
@@ -59,7 +59,7 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
     let (benchmark, json) = (plan.benchmark, plan.json.clone());
     let failure = Arc::new(Mutex::new(None));
     let refused = Arc::clone(&failure);
-    let figures = display.show(start, move |loading| {
+    let Closed { figures, unsaved } = display.show(start, move |loading| {
         let loaded = load(plan, loading);
         let why = |error| *refused.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
         loaded.map_err(why).ok()
@@ -68,16 +68,23 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
     if let Some(error) = refused {
         return Err(error);
     }
-    let Some(figures) = figures else {
-        if benchmark.is_some() {
+    if unsaved > 0 {
+        let what = if unsaved == 1 {
+            "picture is"
+        } else {
+            "pictures are"
+        };
+        report::warnings([format!("{unsaved} {what} not saved: the window was closed first")]);
+    }
+    match (figures, json) {
+        (Some(figures), Some(target)) => write_json(&target, &json_line(&figures))?,
+        (Some(figures), None) => report::print(&text(&figures))?,
+        (None, _) if benchmark.is_some() => {
             report::warnings(["the window was closed before the benchmark was done".into()]);
         }
-        return Ok(());
-    };
-    match json {
-        Some(target) => write_json(&target, &json_line(&figures)),
-        None => report::print(&text(&figures)),
+        (None, _) => {}
     }
+    interrupt.check()
 }
 
 /// Loads within `memory` bytes, reports its progress, and lists the files.
