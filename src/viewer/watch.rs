@@ -7,7 +7,10 @@ use super::{
     timeline::{Model, Timeline},
 };
 use crate::accel::BuildQuality;
-use notify::{EventKind, RecommendedWatcher, RecursiveMode, Watcher};
+use notify::{
+    EventKind, RecommendedWatcher, RecursiveMode, Watcher,
+    event::{ModifyKind, RenameMode},
+};
 use std::{
     collections::{HashMap, HashSet},
     fs::{self, Metadata},
@@ -33,7 +36,7 @@ pub type Reloaded = Result<(Arc<Timeline>, Pose), String>;
 enum Change {
     /// Something changed at this path.
     At(PathBuf),
-    /// What was at this path is removed.
+    /// What was at this path is removed or moved away.
     Removed(PathBuf),
     /// The window requested it, or anything may have changed.
     Asked,
@@ -112,7 +115,9 @@ impl Watched {
             }
             let change = match event.kind {
                 EventKind::Access(_) => return,
-                EventKind::Remove(_) => Change::Removed,
+                // `notify` ends the watch of a folder that moves, even if it comes back.
+                EventKind::Remove(_)
+                | EventKind::Modify(ModifyKind::Name(RenameMode::From | RenameMode::Any)) => Change::Removed,
                 _ => Change::At,
             };
             for path in event.paths {
@@ -213,7 +218,7 @@ impl Watched {
         }
     }
 
-    /// Forgets the state of a removed folder: one that is made again may have the same.
+    /// Forgets the state of a folder that has gone: one that is made again, or comes back, may have the same.
     fn forget(&mut self, change: &Change) {
         if let Change::Removed(path) = change {
             for folder in self

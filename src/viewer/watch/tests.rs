@@ -3,17 +3,17 @@
 use super::*;
 use tempfile::TempDir;
 
-/// Watches one file. Sends itself when that has changed.
+/// Watches files. Sends itself when that has changed.
 struct Watch {
     watched: Watched,
     changes: Receiver<Change>,
 }
 
 impl Watch {
-    fn new(file: PathBuf) -> Self {
+    fn new(files: impl IntoIterator<Item = PathBuf>) -> Self {
         let (sender, changes) = mpsc::channel();
         let mut watched = Watched::new(sender);
-        watched.add([file]);
+        watched.add(files);
         Self { watched, changes }
     }
 
@@ -58,7 +58,7 @@ fn a_folder_that_is_replaced_stays_watched() {
         fs::create_dir_all(folder).unwrap();
         fs::write(folder.join("a.scn"), "1").unwrap();
     }
-    let watch = Watch::new(file.clone()).settles();
+    let watch = Watch::new([file.clone()]).settles();
     let write = |text: &str| fs::write(&file, text).unwrap();
     write("12");
     let mut watch = watch.notices("a file");
@@ -95,6 +95,27 @@ fn a_folder_that_is_replaced_stays_watched() {
     watch.notices("a file below another folder").settles();
 }
 
+/// Below a watched folder, too.
+#[test]
+fn a_folder_that_comes_back_stays_watched() {
+    let folder = TempDir::new().unwrap();
+    let [scene, sub, away] = ["a.scn", "sub", "away"].map(|name| folder.path().join(name));
+    let file = sub.join("inc.txt");
+    fs::create_dir(&sub).unwrap();
+    for path in [&scene, &file] {
+        fs::write(path, "1").unwrap();
+    }
+    let mut watch = Watch::new([scene, file.clone()]);
+    for pause in [0, 30, 400] {
+        fs::rename(&sub, &away).unwrap();
+        thread::sleep(Duration::from_millis(pause));
+        fs::rename(&away, &sub).unwrap();
+        watch = watch.notices("a folder that moves").settles();
+        fs::write(&file, "12").unwrap();
+        watch = watch.notices("a file in a folder that came back").settles();
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn what_a_link_leads_to_is_watched() {
@@ -107,7 +128,7 @@ fn what_a_link_leads_to_is_watched() {
         fs::write(folder.join("a.scn"), "1").unwrap();
     }
     symlink(&one, &link).unwrap();
-    let watch = Watch::new(link.join("a.scn"));
+    let watch = Watch::new([link.join("a.scn")]);
     fs::write(one.join("a.scn"), "12").unwrap();
     let watch = watch.notices("a file behind a link");
     fs::remove_file(&link).unwrap();
@@ -123,7 +144,7 @@ fn other_files_do_not_delay_a_change() {
     let folder = TempDir::new().unwrap();
     let [file, log] = ["a.scn", "log"].map(|name| folder.path().join(name));
     fs::write(&file, "1").unwrap();
-    let watch = Watch::new(file.clone());
+    let watch = Watch::new([file.clone()]);
     let (sender, end) = mpsc::channel::<()>();
     let busy = thread::spawn(move || {
         while matches!(end.try_recv(), Err(mpsc::TryRecvError::Empty)) {
