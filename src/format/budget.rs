@@ -21,12 +21,16 @@ use std::{
 /// Receives the number of bytes of a large file read since the last call, from the threads that read it.
 pub(crate) type OnRead = Arc<dyn Fn(usize) + Send + Sync>;
 
-/// The limits of a load, and its progress callback.
+/// Receives the path of each file before it is opened.
+pub(crate) type OnOpen = Arc<dyn Fn(&Path) + Send + Sync>;
+
+/// The limits of a load, and its callbacks.
 #[derive(Clone)]
 pub(crate) struct Limits {
     /// Bytes.
     pub memory: u64,
     pub on_read: Option<OnRead>,
+    pub on_open: Option<OnOpen>,
 }
 
 impl From<u64> for Limits {
@@ -34,6 +38,7 @@ impl From<u64> for Limits {
         Self {
             memory,
             on_read: None,
+            on_open: None,
         }
     }
 }
@@ -45,6 +50,7 @@ const MAX_SUGGESTIONS: u64 = 4;
 pub(super) struct Budget {
     limit: u64,
     on_read: Option<OnRead>,
+    on_open: Option<OnOpen>,
     taken: AtomicU64,
     /// How many missing files suggestions were asked for.
     missing: AtomicU64,
@@ -77,10 +83,15 @@ pub(super) enum BudgetError {
 impl Budget {
     /// A budget with these limits.
     pub(super) fn new(limits: impl Into<Limits>) -> Self {
-        let Limits { memory, on_read } = limits.into();
+        let Limits {
+            memory,
+            on_read,
+            on_open,
+        } = limits.into();
         Self {
             limit: memory,
             on_read,
+            on_open,
             taken: AtomicU64::new(0),
             missing: AtomicU64::new(0),
             wants_images: AtomicBool::new(true),
@@ -123,6 +134,13 @@ impl Budget {
     /// The progress callback.
     pub(super) fn on_read(&self) -> Option<OnRead> {
         self.on_read.clone()
+    }
+
+    /// Tells that a file is about to be opened.
+    pub(super) fn opens(&self, path: &Path) {
+        if let Some(on_open) = &self.on_open {
+            on_open(path);
+        }
     }
 
     /// The limit, in bytes.

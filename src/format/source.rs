@@ -46,6 +46,7 @@ const MAX_UNSIZED: u64 = 1 << 24;
 impl OpenFile {
     /// Opens a regular file of at most `limit` bytes that is no larger than the budget.
     pub(super) fn open(path: &Path, limit: u64, budget: &Budget) -> io::Result<Self> {
+        budget.opens(path);
         let file = open_file(path)?;
         let length = file.metadata()?.len();
         if length > budget.limit() && length <= limit {

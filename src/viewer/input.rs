@@ -188,14 +188,18 @@ impl App {
 
     /// Prints the command that makes the picture at rest.
     fn print_camera(&self) {
+        let shown = self.style;
         let style = Style {
             look: Look::Full,
-            ..self.style
+            ..shown
         };
         let settings = style.settings(self.size, style.last_samples());
         let frame = self.playback.frame();
-        let camera = self.orbit.pose().options();
-        self.host.say(&camera, frame, &settings, style.transfer);
+        let mut view = self.orbit.pose().options();
+        if let Some(layer) = shown.layer() {
+            view += &format!(" --aov={layer}");
+        }
+        self.host.say(&view, frame, &settings, style.transfer);
     }
 
     /// Saves the picture if requested, once the scene is at the frame.
@@ -217,6 +221,7 @@ impl App {
         request.style.brute &= request.style.look == Look::Cost;
         request.style.settings.mode = Mode::Packet;
         let samples = request.style.last_samples();
+        *writing.lock().unwrap_or_else(PoisonError::into_inner) += 1;
         thread::spawn(move || {
             let mut painter = Painter::new(&model);
             let go_on = |_| {
@@ -227,14 +232,18 @@ impl App {
                 }
             };
             let traced = painter.trace(&request, request.size, samples, &go_on);
-            let saved = traced.map_err(|error| error.to_string()).and_then(|_| {
-                let _writing = writing.lock().unwrap_or_else(PoisonError::into_inner);
-                // The program does not wait for a file that is begun now.
-                if shared.has_ended() {
-                    return Err("the window is closed".into());
-                }
-                host.save(&painter.film)
-            });
+            let mut unsaved = writing.lock().unwrap_or_else(PoisonError::into_inner);
+            // The program does not wait for a file that is begun now.
+            if shared.has_ended() {
+                return;
+            }
+            let traced = traced.map_err(|error| error.to_string());
+            let saved = traced.and_then(|_| host.save(&painter.film));
+            // An error is shown, unless the window has been closed meanwhile.
+            if saved.is_ok() || !shared.has_ended() {
+                *unsaved -= 1;
+            }
+            drop(unsaved);
             let _ = proxy.send_event(Event::Saved(saved));
         });
     }

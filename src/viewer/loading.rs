@@ -3,6 +3,7 @@
 use super::{
     Content, Host, Options,
     shell::Event,
+    sources::Sources,
     timeline::{Model, Timeline},
 };
 use crate::{
@@ -10,7 +11,6 @@ use crate::{
     scene::Scene,
 };
 use std::{
-    path::PathBuf,
     sync::{
         Arc,
         atomic::{AtomicU64, Ordering},
@@ -114,7 +114,7 @@ fn time_left(elapsed: Duration, done: u64, total: u64) -> Option<String> {
 pub(super) struct Ready {
     pub options: Options,
     pub timeline: Arc<Timeline>,
-    pub files: Vec<PathBuf>,
+    pub sources: Sources,
     pub host: Arc<dyn Host>,
 }
 
@@ -159,14 +159,14 @@ fn build(content: Content, loading: &Loading) -> Ready {
     let Content {
         options,
         scene,
-        files,
+        sources,
         host,
     } = content;
     let bvh = build_bvh(&scene, options.quality, loading);
     Ready {
         options,
         timeline: Arc::new(Timeline::new(Model::new(scene, bvh))),
-        files,
+        sources,
         host,
     }
 }

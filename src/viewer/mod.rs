@@ -6,7 +6,7 @@
 //! - `shell` is the window itself, first with the progress of [`loading`]; `window` and `input` handle events and show finished
 //!   pictures.
 //! - [`timeline`] is the scene at one of its frames, and [`playback`] chooses the frame.
-//! - [`watch`] reloads changed files.
+//! - [`watch`] reloads changed [`sources`].
 
 pub mod axis;
 pub mod benchmark;
@@ -32,6 +32,7 @@ pub mod progressive;
 pub mod request;
 pub mod screen;
 mod shell;
+pub mod sources;
 mod status;
 mod surface;
 pub mod timeline;
@@ -49,7 +50,8 @@ use glam::DMat3;
 use loading::Loading;
 use pose::Pose;
 use shell::{Event, Shell};
-use std::{fmt, path::PathBuf, sync::Arc, time::Duration};
+use sources::Sources;
+use std::{fmt, sync::Arc, time::Duration};
 use timeline::Frames;
 use winit::event_loop::{ControlFlow, EventLoop};
 
@@ -59,7 +61,7 @@ pub const MAX_SIDE: u32 = 32_767;
 /// The services that the program provides to its window.
 pub trait Host: Send + Sync {
     /// Loads the scene, with progress. Returns it or an error, and all files that belong to it, to be watched.
-    fn load(&self, loading: &Loading) -> (Result<Loaded, String>, Vec<PathBuf>);
+    fn load(&self, loading: &Loading) -> (Result<Loaded, String>, Sources);
 
     /// Plays the animation of a mesh from the next load on. Returns false if it has none.
     ///
@@ -76,9 +78,9 @@ pub trait Host: Send + Sync {
     /// Returns the starting camera at a frame, if the scene moves.
     fn camera(&self, scene: &Scene, frame: u32) -> Option<Pose>;
 
-    /// Prints the command that renders a picture: of this camera, given as options of `octray render`, at this frame, with
-    /// these settings and this transfer.
-    fn say(&self, camera: &str, frame: u32, settings: &Settings, transfer: Transfer);
+    /// Prints the command that renders a picture: of this camera and layer, given as options of `octray render`, at this
+    /// frame, with these settings and this transfer.
+    fn say(&self, view: &str, frame: u32, settings: &Settings, transfer: Transfer);
 
     /// Makes another axis of a mesh (`x`, `-z`, ...) point up from the next load on, and turns its light by `rotation`.
     /// Returns false if it cannot.
@@ -112,7 +114,7 @@ pub struct Content {
     /// The scene.
     pub scene: Scene,
     /// All files that belong to it, to be watched.
-    pub files: Vec<PathBuf>,
+    pub sources: Sources,
     /// The program.
     pub host: Arc<dyn Host>,
 }
@@ -136,6 +138,15 @@ pub struct Options {
     pub fps: u32,
     /// Orbit for this time, then close.
     pub benchmark: Option<Duration>,
+}
+
+/// What is left of a closed window.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Closed {
+    /// The results of a benchmark that showed frames.
+    pub figures: Option<Report>,
+    /// How many pictures were to be saved and are not.
+    pub unsaved: usize,
 }
 
 /// Why there is no window.
@@ -202,8 +213,16 @@ impl Display {
             })
     }
 
-    /// Loads on another thread and shows its progress, then the scene. Returns when the window is closed: the results of a
-    /// benchmark that showed frames. Nothing is shown if `load` returns `None`.
+    /// Returns a function that closes the window, from any thread.
+    pub fn closer(&self) -> impl Fn() + Send + 'static + use<> {
+        let proxy = self.event_loop.create_proxy();
+        move || {
+            // Fails once the window is closed.
+            let _ = proxy.send_event(Event::Close);
+        }
+    }
+
+    /// Loads on another thread and shows its progress, then the scene. Returns when the window is closed. Nothing is shown if `load` returns `None`.
     ///
     /// # Errors
     /// [`ViewError`].
@@ -211,10 +230,10 @@ impl Display {
         self,
         start: Start,
         load: impl FnOnce(&Loading) -> Option<Content> + Send + 'static,
-    ) -> Result<Option<Report>, ViewError> {
+    ) -> Result<Closed, ViewError> {
         let failed = |error: &dyn fmt::Display| ViewError::Failed(error.to_string());
         let Some(mut shell) = Shell::new(start, self.event_loop.create_proxy(), load) else {
-            return Ok(None);
+            return Ok(Closed::default());
         };
         self.event_loop.set_control_flow(ControlFlow::Wait);
         self.event_loop

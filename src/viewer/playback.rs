@@ -117,30 +117,56 @@ impl Playback {
     }
 }
 
+/// What the animation of a mesh does once it is loaded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Awaited {
+    /// It plays.
+    Play,
+    /// It stands this many frames after the first.
+    Step(i64),
+}
+
+impl Awaited {
+    /// What follows when a key asks for more before it is loaded.
+    #[must_use]
+    pub fn and(self, then: Self) -> Self {
+        match (self, then) {
+            (Self::Step(first), Self::Step(more)) => Self::Step(first.saturating_add(more)),
+            // The space bar again: stop.
+            (Self::Play, Self::Play) => Self::Step(0),
+            (_, then) => then,
+        }
+    }
+}
+
 impl App {
     /// Plays the scene, or stops.
     pub(super) fn play(&mut self) {
-        if self.has_frames() {
+        if self.has_frames(Awaited::Play) {
             self.playback.toggle(Instant::now());
         }
     }
 
     /// Stops at another frame.
     pub(super) fn step(&mut self, steps: i64) {
-        if self.has_frames() {
+        if self.has_frames(Awaited::Step(steps)) {
             self.playback.step(steps);
             self.show_frame();
         }
     }
 
-    /// Whether there are frames. Those of a mesh are loaded first, and then played.
-    fn has_frames(&mut self) -> bool {
+    /// Whether there are frames. Those of a mesh are loaded first; `then` follows.
+    fn has_frames(&mut self, then: Awaited) -> bool {
         let moves = self.playback.moves();
         if let (false, Some(reload)) = (moves, &self.reload) {
+            if let Some(before) = self.awaited {
+                self.awaited = Some(before.and(then));
+                return false;
+            }
             match self.host.animate() {
                 Ok(true) => {
                     reload.ask();
-                    self.will_play = true;
+                    self.awaited = Some(then);
                     self.say("loading the animation");
                 }
                 Ok(false) => self.say("no keyframes: nothing moves"),
@@ -154,8 +180,11 @@ impl App {
     pub(super) fn take_timeline(&mut self, timeline: Arc<Timeline>) {
         self.playback.set_count(timeline.count());
         self.timeline = timeline;
-        if std::mem::take(&mut self.will_play) {
-            self.playback.toggle(Instant::now());
+        // A load that began before an animation was asked for has none.
+        match self.awaited.take_if(|_| self.timeline.is_played()) {
+            Some(Awaited::Play) => self.playback.toggle(Instant::now()),
+            Some(Awaited::Step(steps)) => self.playback.step(steps),
+            None => {}
         }
     }
 

@@ -56,6 +56,16 @@ impl Style {
         if self.antialias { self.settings.samples } else { 1 }
     }
 
+    /// Returns the layer of `octray render --aov` that shows the same; none shows the cost of brute force.
+    #[must_use]
+    pub fn layer(&self) -> Option<&'static str> {
+        match self.look {
+            Look::Normals => Some("normal"),
+            Look::Cost if !self.brute => Some("heat"),
+            Look::Cost | Look::Full | Look::Preview => None,
+        }
+    }
+
     /// Returns the settings of a picture of `size` with a number of samples per pixel. A single one goes through the centre.
     /// Brute force takes all samples in all pixels; normals and costs take those of a regular grid.
     #[must_use]

@@ -1,8 +1,7 @@
 //! The window itself: shows the progress of loading, then the [`App`].
 
 use super::{
-    Content, Start, ViewError,
-    benchmark::Report,
+    Closed, Content, Start, ViewError,
     keys::{self, Action},
     loading::{self, Loading, Ready},
     overlay,
@@ -52,6 +51,8 @@ pub enum Event {
     Saved(Result<String, String>),
     /// The objects of a large scene are known, for this framing if the camera has not moved since.
     Objects(Arc<Timeline>, Framing, Pose),
+    /// The window is to be closed.
+    Close,
 }
 
 /// A window and its pixels.
@@ -154,11 +155,11 @@ impl Shell {
     ///
     /// # Errors
     /// [`ViewError`] if the window could not be opened or was lost.
-    pub fn finish(self) -> Result<Option<Report>, ViewError> {
-        let report = self.app.map_or(Ok(None), App::finish)?;
+    pub fn finish(self) -> Result<Closed, ViewError> {
+        let closed = self.app.map_or(Ok(Closed::default()), App::finish)?;
         match self.failure {
             Some(why) => Err(ViewError::Failed(why)),
-            None => Ok(report),
+            None => Ok(closed),
         }
     }
 
@@ -226,6 +227,7 @@ impl ApplicationHandler<Event> for Shell {
 
     fn user_event(&mut self, event_loop: &ActiveEventLoop, event: Event) {
         match (&mut self.app, event) {
+            (_, Event::Close) => event_loop.exit(),
             (Some(app), event) => app.user_event(event_loop, event),
             (None, Event::Loading(text)) => {
                 self.text = text;

@@ -119,6 +119,12 @@ impl Timeline {
         self.count
     }
 
+    /// Whether it is a mesh that is played.
+    #[must_use]
+    pub fn is_played(&self) -> bool {
+        self.frames.is_some()
+    }
+
     /// Returns the scene at its current frame.
     #[must_use]
     pub fn now(&self) -> Arc<Model> {

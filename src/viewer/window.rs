@@ -1,15 +1,15 @@
 //! The window of a loaded scene: shows pictures when they are ready, and waits in between.
 
 use super::{
-    Host, Options, ViewError,
+    Closed, Host, Options, ViewError,
     axis::Axis,
-    benchmark::{Benchmark, Report},
+    benchmark::Benchmark,
     keys,
     loading::{Loading, Ready},
     mailbox::{Picture, Shared},
     orbit::Orbit,
     overlay::{self, Overlay},
-    playback::Playback,
+    playback::{Awaited, Playback},
     pose::Pose,
     probe,
     request::{Boxes, Look, Request, Style},
@@ -81,8 +81,8 @@ pub struct App {
     pub(super) reload: Option<Reload>,
     pub(super) timeline: Arc<Timeline>,
     pub(super) playback: Playback,
-    /// Whether the animation plays once it is loaded.
-    pub(super) will_play: bool,
+    /// What the animation does once it is loaded.
+    pub(super) awaited: Option<Awaited>,
     pub(super) orbit: Orbit,
     /// The starting camera; that of the frame if the scene's camera moves.
     pub(super) home: Pose,
@@ -109,8 +109,8 @@ pub struct App {
     pub(super) message: Option<(String, Instant)>,
     /// Whether a picture will be saved once the scene is at the frame.
     pub(super) saves: bool,
-    /// Held while a file is written, so that the end waits for it.
-    pub(super) writing: Arc<Mutex<()>>,
+    /// How many pictures are being saved. Held while a file is written, so that the end waits for it.
+    pub(super) writing: Arc<Mutex<usize>>,
 }
 
 impl App {
@@ -127,14 +127,14 @@ impl App {
         let Ready {
             options,
             timeline,
-            files,
+            sources,
             host,
         } = ready;
         let orbit = Orbit::new(options.pose, timeline.now().scene.bounds())?;
         let reload = options.benchmark.is_none().then(|| {
             let (proxy, progress) = (proxy.clone(), Loading::again(proxy.clone()));
             let host = Arc::clone(&host);
-            watch::start(host, files, options.quality, progress, move |reloaded| {
+            watch::start(host, sources, options.quality, progress, move |reloaded| {
                 // Fails once the window is closed.
                 let _ = proxy.send_event(Event::Reloaded(reloaded));
             })
@@ -152,7 +152,7 @@ impl App {
             reload,
             playback: Playback::new(timeline.count(), options.fps),
             timeline,
-            will_play: false,
+            awaited: None,
             orbit,
             home: options.pose,
             up: [up; 2],
@@ -188,13 +188,16 @@ impl App {
     ///
     /// # Errors
     /// [`ViewError`] if the window could not be opened or was lost.
-    pub fn finish(self) -> Result<Option<Report>, ViewError> {
+    pub fn finish(self) -> Result<Closed, ViewError> {
         self.shared.end();
         // Waits for a file that is being written, not for a picture that is still traced for one.
-        let _written = self.writing.lock().unwrap_or_else(PoisonError::into_inner);
+        let unsaved = *self.writing.lock().unwrap_or_else(PoisonError::into_inner);
         match self.failure {
             Some(why) => Err(ViewError::Failed(why)),
-            None => Ok(self.benchmark.and_then(|benchmark| benchmark.report())),
+            None => Ok(Closed {
+                figures: self.benchmark.and_then(|benchmark| benchmark.report()),
+                unsaved: unsaved + usize::from(self.saves),
+            }),
         }
     }
 
@@ -320,10 +323,10 @@ impl App {
         match reloaded {
             Ok((timeline, home)) => {
                 self.orbit.set_bounds(timeline.now().scene.bounds());
-                let what = if self.will_play {
-                    "playing"
-                } else {
-                    "file reloaded"
+                let what = match self.awaited.filter(|_| timeline.is_played()) {
+                    Some(Awaited::Play) => "playing",
+                    Some(Awaited::Step(_)) => "animation loaded",
+                    None => "file reloaded",
                 };
                 self.take_timeline(timeline);
                 self.error = None;
@@ -336,7 +339,7 @@ impl App {
                 self.show_frame();
             }
             Err(error) => {
-                self.will_play = false;
+                self.awaited = None;
                 (self.error, self.message) = (Some(error), None);
                 self.redraw();
             }
@@ -376,7 +379,7 @@ impl App {
             Event::Saved(Ok(name)) => self.say(format!("saved {name}")),
             Event::Saved(Err(why)) => self.say(why),
             Event::Reloading(progress) => self.message = Some((progress, Instant::now() + LOADING)),
-            Event::Loading(_) | Event::Loaded => {}
+            Event::Loading(_) | Event::Loaded | Event::Close => {}
         }
         self.redraw();
     }

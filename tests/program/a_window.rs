@@ -34,6 +34,7 @@ fn the_window_does_what_its_keys_say() {
             moving::step_past_a_frame,
             moving::play_a_mesh,
             loading::is_shown,
+            loading::takes_the_last_change,
         ],
         &[
             changed_files_are_loaded,
@@ -101,10 +102,12 @@ fn every_key_does_something(screen: &Screen) {
         viewer.key(key);
         back(&viewer, key);
     }
-    // Two of them are also layers of render.
+    // Two of them are also layers of render, and the printed command makes them.
     for (key, aov) in [("n", "normal"), ("h", "heat")] {
         viewer.key(key);
-        viewer.render(&["--view=1", &format!("--aov={aov}")]);
+        let line = viewer.camera_options();
+        assert!(line.contains(&format!(" --aov={aov}")), "{line}");
+        viewer.render(&line.split_whitespace().collect::<Vec<_>>());
         let expected = viewer.picture(&format!("expected.{aov}.png"));
         viewer.wait_for_picture(aov, &expected, 2 * BELOW_MESSAGE);
         viewer.key(key);
@@ -408,18 +411,15 @@ fn it_ends_at_once(screen: &Screen) {
 fn signals_end_it(screen: &Screen) {
     // While a large picture is traced for a file, and another one for the window.
     let size = [700, 500];
-    for (name, code, signal) in [
-        ("TERM", Some(0), None),
-        ("HUP", Some(0), None),
-        ("INT", None, Some(2)),
-    ] {
+    for (name, signal) in [("TERM", 15), ("HUP", 1), ("INT", 2)] {
         if name == "HUP" && signals::is_nohup() {
             continue;
         }
         let mut viewer = Viewer::open(screen, size, &["--mode=scalar"]);
         viewer.keys(&["s", "s", "s"]);
-        viewer.signal(name, code, signal);
+        viewer.signal(name, signal);
         only_whole_pictures(&viewer);
+        assert!(viewer.said("not saved: the window was closed first"), "{name}");
     }
     // While pictures are written.
     let mut viewer = Viewer::open(screen, size, &[]);

@@ -7,7 +7,7 @@ use crate::{
         load::memory,
         plan::{GeneratePlan, JsonTarget},
         process::Interrupt,
-        report::{self, SCHEMA, quoted},
+        report::{self, SCHEMA, quoted_path},
         write::{is_foreign, json_line, write_json},
     },
     error::clip_path,
@@ -104,7 +104,12 @@ fn write(plan: &GeneratePlan) -> Result<(String, Json), CliError> {
     let (spheres, lights) = (json.spheres, json.lights);
     let name = clip_path(&scene);
     let _ = writeln!(told, "{name}: {spheres} spheres, {lights} lights");
-    let _ = writeln!(told, "render it with: octray {} {}", quoted(&scene), json.render);
+    let _ = writeln!(
+        told,
+        "render it with: octray {} {}",
+        quoted_path(&scene),
+        json.render
+    );
     Ok((told, json))
 }
 

@@ -29,6 +29,7 @@ pub fn load(
     let limits = Limits {
         memory,
         on_read: Some(Arc::new(move |bytes| read.add(bytes as u64))),
+        on_open: None,
     };
     let input = load::load_and_list(plan, limits, files);
     bar.clear();

@@ -10,8 +10,8 @@ use crate::{
             InputKind, InputPlan, Look, MeshOptions, NOT_PLAYED_FROM_STANDARD_INPUT, Playing, Style,
             ViewPlan, is_standard_input, playback_of, stem,
         },
-        process,
-        report::{self, quoted},
+        process::Interrupt,
+        report::{self, quoted, quoted_path},
         write::{Format, Inputs, Pixels, json_line, write_json},
     },
     error::clip,
@@ -19,15 +19,19 @@ use crate::{
     render::{ByteFilm, Settings, Transfer},
     scene::Scene,
     viewer::{
-        Content, Display, Host, Loaded, MAX_SIDE, Options, Start, ViewError, benchmark::Report,
-        loading::Loading, pose::Pose, timeline::Frames,
+        Closed, Content, Display, Host, Loaded, MAX_SIDE, Options, Start, ViewError,
+        benchmark::Report,
+        loading::Loading,
+        pose::Pose,
+        sources::{Sources, States},
+        timeline::Frames,
     },
     whole_file,
 };
 use glam::{DMat3, DVec3};
 use std::{
     io::Write,
-    path::{Path, PathBuf},
+    path::Path,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
@@ -44,8 +48,8 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
         let why = format!("a window of {width}x{height} is too large: a side has at most {MAX_SIDE} pixels");
         return Err(CliError::Failed(why));
     }
-    process::close_window_on_signals()?;
     let display = Display::connect()?;
+    let interrupt = Interrupt::of_window(display.closer())?;
     let path = &plan.input.path;
     let name = path.file_name().unwrap_or(path.as_os_str());
     let start = Start {
@@ -55,7 +59,7 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
     let (benchmark, json) = (plan.benchmark, plan.json.clone());
     let failure = Arc::new(Mutex::new(None));
     let refused = Arc::clone(&failure);
-    let figures = display.show(start, move |loading| {
+    let Closed { figures, unsaved } = display.show(start, move |loading| {
         let loaded = load(plan, loading);
         let why = |error| *refused.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
         loaded.map_err(why).ok()
@@ -64,25 +68,40 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
     if let Some(error) = refused {
         return Err(error);
     }
-    let Some(figures) = figures else {
-        if benchmark.is_some() {
+    if unsaved > 0 {
+        let what = if unsaved == 1 {
+            "picture is"
+        } else {
+            "pictures are"
+        };
+        report::warnings([format!("{unsaved} {what} not saved: the window was closed first")]);
+    }
+    match (figures, json) {
+        (Some(figures), Some(target)) => write_json(&target, &json_line(&figures))?,
+        (Some(figures), None) => report::print(&text(&figures))?,
+        (None, _) if benchmark.is_some() => {
             report::warnings(["the window was closed before the benchmark was done".into()]);
         }
-        return Ok(());
-    };
-    match json {
-        Some(target) => write_json(&target, &json_line(&figures)),
-        None => report::print(&text(&figures)),
+        (None, _) => {}
     }
+    interrupt.check()
 }
 
-/// Limits of a load of `memory` bytes, which reports its progress.
-fn limits(input: &InputPlan, memory: u64, loading: &Loading) -> Limits {
+/// Loads within `memory` bytes, reports its progress, and lists the files.
+fn load_and_list(input: &InputPlan, memory: u64, loading: &Loading) -> (Result<Input, CliError>, Sources) {
     let stage = loading.stage(stages::reading(input), stages::bytes_of(input));
-    Limits {
+    let (mut files, states) = (Vec::new(), States::default());
+    let noted = states.clone();
+    let limits = Limits {
         memory,
         on_read: Some(Arc::new(move |bytes| stage.add(bytes as u64))),
+        on_open: Some(Arc::new(move |path| noted.note(path))),
+    };
+    if let Some((path, _)) = &input.mesh.environment {
+        states.note(path);
     }
+    let loaded = load::load_and_list(input, limits, &mut files);
+    (loaded, Sources { files, states })
 }
 
 /// Loads what the window shows.
@@ -98,15 +117,15 @@ fn load(plan: ViewPlan, loading: &Loading) -> Result<Content, CliError> {
         json,
         memory,
     } = plan;
-    let mut files = Vec::new();
-    let loaded = load::load_and_list(&input, limits(&input, memory, loading), &mut files)?;
+    let (loaded, sources) = load_and_list(&input, memory, loading);
+    let loaded = loaded?;
     let (is_mesh, lit_from) = (loaded.is_mesh(), loaded.is_lit_from());
     let Input {
         scene, camera, notes, ..
     } = loaded;
     let mut inputs = Inputs::default();
     inputs.add(&input.path, "the scene");
-    inputs.add_scene(&input.path, &files, Some(&scene));
+    inputs.add_scene(&input.path, &sources.files, Some(&scene));
     inputs.check_json(json.as_ref())?;
     let Look { settings, picture } = looks.of(is_mesh);
     report::warnings(notes.iter().cloned());
@@ -134,7 +153,7 @@ fn load(plan: ViewPlan, loading: &Loading) -> Result<Content, CliError> {
     Ok(Content {
         options,
         scene,
-        files,
+        sources,
         host: Arc::new(program),
     })
 }
@@ -204,14 +223,14 @@ impl Program {
             options += &format!(" --point-size={diameter}");
         }
         if let Some((path, degrees)) = &mesh.environment {
-            options += &format!(" --environment={}", quoted(path));
+            options += &format!(" --environment={}", quoted(path.as_os_str()));
             if *degrees != 0.0 {
                 options += &format!(" --environment-rotate={degrees}");
             }
         }
         if let Some(moment) = &mesh.moment {
             if let Some(animation) = &moment.animation {
-                options += &format!(" --animation={}", quoted(Path::new(animation)));
+                options += &format!(" --animation={}", quoted(animation.as_ref()));
             }
             options += &if mesh.playback.is_some() {
                 format!(" --fps={} --frames={frame}", self.fps)
@@ -227,16 +246,16 @@ impl Program {
 }
 
 impl Host for Program {
-    fn load(&self, loading: &Loading) -> (Result<Loaded, String>, Vec<PathBuf>) {
-        let mut files = Vec::new();
+    fn load(&self, loading: &Loading) -> (Result<Loaded, String>, Sources) {
         if is_standard_input(&self.input.path) {
-            return (Err("standard input cannot be read again".into()), files);
+            let why = "standard input cannot be read again";
+            return (Err(why.into()), Sources::default());
         }
         let input = InputPlan {
             mesh: self.mesh().clone(),
             ..self.input.clone()
         };
-        let loaded = load::load_and_list(&input, limits(&input, self.memory, loading), &mut files);
+        let (loaded, sources) = load_and_list(&input, self.memory, loading);
         let loaded = loaded.map(|mut loaded| {
             *self.lit_from() = loaded.is_lit_from();
             self.warn(std::mem::take(&mut loaded.notes));
@@ -256,7 +275,7 @@ impl Host for Program {
                 }),
             }
         });
-        (loaded.map_err(|error| error.text().unwrap_or_default()), files)
+        (loaded.map_err(|error| error.text().unwrap_or_default()), sources)
     }
 
     fn animate(&self) -> Result<bool, String> {
@@ -316,8 +335,8 @@ impl Host for Program {
         Some(camera.view().into())
     }
 
-    fn say(&self, camera: &str, frame: u32, settings: &Settings, transfer: Transfer) {
-        let scene = quoted(&self.input.path);
+    fn say(&self, view: &str, frame: u32, settings: &Settings, transfer: Transfer) {
+        let scene = quoted_path(&self.input.path);
         let Settings { width, height, .. } = settings;
         let mut options = self.mesh_options(frame) + &spelled(settings, transfer, self.style);
         // That is where a scene stands anyway.
@@ -327,7 +346,7 @@ impl Host for Program {
         if self.has_config {
             options += " --no-config";
         }
-        let line = format!("octray render {scene} --size={width}x{height} {camera}{options}\n");
+        let line = format!("octray render {scene} --size={width}x{height} {view}{options}\n");
         // A closed pipe does not close the window.
         let _ = report::print(&line);
     }

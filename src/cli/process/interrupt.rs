@@ -20,6 +20,9 @@ const SIGNALS: &[i32] = &[consts::SIGINT, consts::SIGTERM];
 
 /// How long work in small pieces may go on after a signal.
 const MOMENT: Duration = Duration::from_millis(120);
+/// How long a window may take to close after a signal.
+#[cfg(all(unix, feature = "viewer"))]
+const CLOSING: Duration = Duration::from_millis(300);
 
 /// The signal that has come; 0 if none.
 #[cfg(unix)]
@@ -47,11 +50,26 @@ impl Interrupt {
     /// [`CliError::Failed`] if the system does not allow it.
     pub fn install_with(patience: Duration) -> Result<Self, CliError> {
         let this = Self::default();
-        watch(&this.requested, patience, |_| CliError::Interrupted.exit_code())?;
-        // With a handler, exceeding the file size limit fails the write instead of killing the process, and the
-        // temporary file is removed.
+        watch(&this.requested, patience, || {})?;
         #[cfg(unix)]
-        flag::register(consts::SIGXFSZ, Arc::default()).map_err(refused)?;
+        heed_file_size()?;
+        Ok(this)
+    }
+
+    /// Handles signals for a window: the first one calls `close`, and the program has a moment to write what it has. On
+    /// other systems than Unix the first signal ends the process.
+    ///
+    /// # Errors
+    /// [`CliError::Failed`] if the system does not allow it.
+    #[cfg(feature = "viewer")]
+    pub fn of_window(close: impl Fn() + Send + 'static) -> Result<Self, CliError> {
+        let this = Self::default();
+        #[cfg(unix)]
+        watch(&this.requested, CLOSING, close)?;
+        #[cfg(not(unix))]
+        watch(&Arc::default(), Duration::ZERO, close)?;
+        #[cfg(unix)]
+        heed_file_size()?;
         Ok(this)
     }
 
@@ -83,17 +101,12 @@ pub fn end_by_signal() {
 #[cfg(not(unix))]
 pub fn end_by_signal() {}
 
-/// Handles signals for a window: they end the process at once. Ctrl-C is an interruption; the other signals close the
-/// window, with exit code 0.
-///
-/// # Errors
-/// [`CliError::Failed`] if the system does not allow it.
-#[cfg(feature = "viewer")]
-pub fn close_window_on_signals() -> Result<(), CliError> {
-    watch(&Arc::default(), Duration::ZERO, |signal| match signal {
-        consts::SIGINT => CliError::Interrupted.exit_code(),
-        _ => 0,
-    })
+/// With a handler, exceeding the file size limit fails the write instead of killing the process, and the temporary file is
+/// removed.
+#[cfg(unix)]
+fn heed_file_size() -> Result<(), CliError> {
+    let heard = flag::register(consts::SIGXFSZ, Arc::default());
+    heard.map(drop).map_err(refused)
 }
 
 #[allow(clippy::needless_pass_by_value, reason = "map_err's argument")]
@@ -122,15 +135,14 @@ fn die_of(signal: i32) -> ! {
     low_level::exit(128 + signal)
 }
 
-/// Sets `requested` when a signal comes. After `patience`, or at a second signal, the process ends: normally if the exit code
-/// is 0, else by the signal.
+/// Sets `requested` and calls `tell` when a signal comes. After `patience`, or at a second signal, the signal ends the process.
 #[cfg(unix)]
 fn watch(
     requested: &Arc<AtomicBool>,
     patience: Duration,
-    exit_code: impl Fn(i32) -> u8 + Send + 'static,
+    tell: impl Fn() + Send + 'static,
 ) -> Result<(), CliError> {
-    use signal_hook::{iterator::Signals, low_level};
+    use signal_hook::iterator::Signals;
     use std::{thread, time::Instant};
 
     const POLL: Duration = Duration::from_millis(20);
@@ -144,15 +156,13 @@ fn watch(
         if let Some(signal) = signals.forever().next() {
             CAME.store(signal, Ordering::Relaxed);
             requested.store(true, Ordering::Release);
+            tell();
             let start = Instant::now();
             while start.elapsed() < patience && signals.pending().next().is_none() {
                 thread::sleep(POLL);
             }
             crate::whole_file::abandon();
-            match exit_code(signal) {
-                0 => low_level::exit(0),
-                _ => die_of(signal),
-            }
+            die_of(signal);
         }
     };
     let thread = thread::Builder::new()
@@ -163,15 +173,12 @@ fn watch(
 
 /// On other systems the first signal sets the flag, and the second one ends the process.
 #[cfg(not(unix))]
-fn watch(
-    requested: &Arc<AtomicBool>,
-    patience: Duration,
-    exit_code: impl Fn(i32) -> u8,
-) -> Result<(), CliError> {
+fn watch(requested: &Arc<AtomicBool>, patience: Duration, _tell: impl Fn()) -> Result<(), CliError> {
+    let exit_code = CliError::Interrupted.exit_code();
     requested.store(patience.is_zero(), Ordering::Relaxed);
     for &signal in SIGNALS {
         // The handlers run in this order.
-        flag::register_conditional_shutdown(signal, exit_code(signal).into(), Arc::clone(requested))
+        flag::register_conditional_shutdown(signal, exit_code.into(), Arc::clone(requested))
             .and_then(|_| flag::register(signal, Arc::clone(requested)))
             .map_err(refused)?;
     }

@@ -5,8 +5,6 @@ mod level;
 mod memory;
 mod threads;
 
-#[cfg(feature = "viewer")]
-pub use interrupt::close_window_on_signals;
 pub use interrupt::{Interrupt, end_by_signal};
 pub use level::hold_level;
 pub use memory::{MemoryRefusal, at_work_on, out_of_memory};

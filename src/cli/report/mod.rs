@@ -23,6 +23,8 @@ pub use message::{
 };
 pub use progress::{RenderBar, StageBar, VerifyBar};
 pub use stats::{RenderReport, Times};
-pub use text::{SCHEMA, faults_text, grouped, quoted};
+#[cfg(feature = "viewer")]
+pub use text::quoted;
+pub use text::{SCHEMA, faults_text, grouped, quoted_path};
 pub use verdicts::Verdicts;
 pub use written::Written;

@@ -1,6 +1,7 @@
 //! The window during loading.
 
-use super::{SIZE, Screen, Viewer, keep, wait_for};
+use super::{BELOW_MESSAGE, SIZE, Screen, Viewer, keep, wait_for};
+use std::{thread, time::Duration};
 
 /// Standard input takes as long as the test wants.
 pub fn is_shown(screen: &Screen) {
@@ -32,5 +33,43 @@ pub fn is_shown(screen: &Screen) {
     viewer.resize([120, 90]);
     viewer.feed("light 3 -2 5 0.7\nmaterial 1\nsphere 0 0 0.5 0.9\n");
     viewer.wait_for_title("120x90 - 4 samples - done");
+    viewer.quit("q");
+}
+
+/// A scene that changes while it is loaded is loaded again, and so is a file in a folder that takes another one's place.
+pub fn takes_the_last_change(screen: &Screen) {
+    // Reading takes a second or so; the lights come last.
+    let mut scene = String::from("include folder/inc.txt\nmaterial 1\n");
+    for i in 0..200_000 {
+        scene += &format!(
+            "sphere {} {} 0.5 0.01\n",
+            f64::from(i % 447) / 200.0 - 1.0,
+            f64::from(i / 447) / 200.0 - 1.0
+        );
+    }
+    let mut viewer = Viewer::open(screen, SIZE, &["--view=1", "--samples=1"]);
+    let included = |folder: &str, radius: f64| {
+        let text = format!("light 3 -2 5 0.7\nmaterial 2\nsphere 0 0 0.5 {radius}\n");
+        viewer.write(&format!("{folder}/inc.txt"), &text);
+    };
+    let shows_the_file = |what: &str| {
+        viewer.wait_for_picture(what, &viewer.render(&["--view=1"]), BELOW_MESSAGE);
+    };
+    for folder in ["folder", "other"] {
+        viewer.create_folder(folder);
+        included(folder, 0.3);
+    }
+    viewer.write("a.scn", &scene);
+    // The new file is read while its folder is not watched yet.
+    for radius in [0.4, 0.5, 0.6, 0.7] {
+        thread::sleep(Duration::from_millis(100));
+        included("folder", radius);
+    }
+    shows_the_file("the last change");
+    viewer.rename("folder", "old");
+    viewer.rename("other", "folder");
+    shows_the_file("another folder");
+    included("folder", 0.8);
+    shows_the_file("a change in another folder");
     viewer.quit("q");
 }

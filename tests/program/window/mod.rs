@@ -35,8 +35,9 @@ pub struct Viewer<'a> {
     folder: Folder,
     process: Child,
     lines: Receiver<String>,
-    /// Whether a thread of the program panicked, known when the program has ended.
-    panicked: Option<JoinHandle<bool>>,
+    /// Standard error, known when the program has ended.
+    stderr: Option<JoinHandle<String>>,
+    errors: String,
     window: u32,
     scene: &'static str,
     size: [u32; 2],
@@ -95,13 +96,13 @@ impl<'a> Viewer<'a> {
         }
         let mut process = command.stderr(Stdio::piped()).spawn().unwrap();
         let stderr = BufReader::new(process.stderr.take().unwrap());
-        let panicked = thread::spawn(move || {
-            let mut panicked = false;
+        let stderr = thread::spawn(move || {
+            let mut errors = String::new();
             for line in stderr.lines().map_while(Result::ok) {
-                panicked |= line.contains("panicked");
                 eprintln!("{line}");
+                errors += &line;
             }
-            panicked
+            errors
         });
         let stdout = BufReader::new(process.stdout.take().unwrap());
         let (sender, lines) = mpsc::channel();
@@ -125,7 +126,8 @@ impl<'a> Viewer<'a> {
             folder,
             process,
             lines,
-            panicked: Some(panicked),
+            stderr: Some(stderr),
+            errors: String::new(),
             window,
             scene,
             size,
@@ -284,6 +286,14 @@ impl<'a> Viewer<'a> {
         self.folder.write(name, text);
     }
 
+    pub fn create_folder(&self, name: &str) {
+        fs::create_dir(self.folder.path(name)).unwrap();
+    }
+
+    pub fn rename(&self, from: &str, to: &str) {
+        fs::rename(self.folder.path(from), self.folder.path(to)).unwrap();
+    }
+
     pub fn remove(&self, name: &str) {
         fs::remove_file(self.folder.path(name)).unwrap();
     }
@@ -318,12 +328,17 @@ impl<'a> Viewer<'a> {
         self.screen.xdotool(&[what, &button.to_string()]);
     }
 
-    /// Sends a signal and expects the program to end with that exit code, or of that signal.
-    pub fn signal(&mut self, name: &str, exit_code: Option<i32>, signal: Option<i32>) {
+    /// Sends a signal and expects the program to end of it.
+    pub fn signal(&mut self, name: &str, signal: i32) {
         let pid = self.process.id().to_string();
         let sent = Command::new("kill").args(["-s", name, &pid]).status().unwrap();
         assert!(sent.success());
-        self.ended_as(exit_code, signal);
+        self.ended_as(None, Some(signal));
+    }
+
+    /// Whether the program, which has ended, said this on standard error.
+    pub fn said(&self, words: &str) -> bool {
+        self.errors.contains(words)
     }
 
     /// Returns the names of the files in the folder.
@@ -348,8 +363,11 @@ impl<'a> Viewer<'a> {
                 .ok_or_else(|| "a running program".into())
         });
         assert_eq!((status.code(), status.signal()), (exit_code, signal), "{status}");
-        let panicked = self.panicked.take().is_some_and(|thread| thread.join().unwrap());
-        assert!(!panicked, "a thread of the program panicked");
+        self.errors = self
+            .stderr
+            .take()
+            .map_or_else(String::new, |thread| thread.join().unwrap());
+        assert!(!self.said("panicked"), "a thread of the program panicked");
     }
 }
 

@@ -123,4 +123,19 @@ pub fn play_a_mesh(screen: &Screen) {
     viewer.wait_for_file("t-1.png");
     assert_eq!(difference(&viewer.picture("t-1.png"), &second, 0), 0);
     viewer.quit("q");
+    // A step loads it, too, and does not play it.
+    let mut viewer = Viewer::open_file(screen, "t.gltf", &playback::swing(), SIZE, &options);
+    viewer.wait_for_picture("the pose without animation", &still, BELOW_MESSAGE);
+    viewer.keys(&["period", "period", "comma", "period"]);
+    wait_for("the third frame", || {
+        let title = viewer.title();
+        if title.contains("frame 3/") && title.ends_with("done") {
+            Ok(())
+        } else {
+            Err(title)
+        }
+    });
+    stopped(&viewer);
+    assert!(viewer.title().contains("frame 3/"), "{}", viewer.title());
+    viewer.quit("q");
 }
