@@ -222,7 +222,8 @@ impl Display {
         }
     }
 
-    /// Loads on another thread and shows its progress, then the scene. Returns when the window is closed. Nothing is shown if `load` returns `None`.
+    /// Loads on another thread and shows its progress, then the scene. Returns when the window is closed. Nothing is shown if
+    /// `load` returns `None`.
     ///
     /// # Errors
     /// [`ViewError`].
