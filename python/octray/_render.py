@@ -77,7 +77,8 @@ def render(
         Colours of a :class:`Mesh`, shape (n, 3) or (m, 3): ``uint8``, or floats from 0 to 1, in sRGB as those of PLY files.
         A fourth column, alpha, must be opaque. Clay leaves them out.
     background
-        ``"scene"``, or ``"transparent"``, which gives pixels that show nothing an alpha of 0.
+        ``"scene"``; ``"transparent"``, which gives pixels that show nothing an alpha of 0; or a colour, ``"white"``,
+        ``"black"`` or six hexadecimal digits. Mirrors and glass still show the scene's background.
     dtype
         Of the colours: ``uint8``, or ``float32``, linear and, with alpha, premultiplied, as in an EXR file.
     srgb
@@ -183,7 +184,9 @@ def _colors(source, options) -> dict[str, Any]:
 
 def _look(options) -> dict[str, Any]:
     """Return the options that concern scenes as well as meshes."""
-    background = _arrays.one_of("background", options["background"], ("scene", "transparent"))
+    background = options["background"]
+    if not isinstance(background, str):
+        raise ValueError(f"background: expected scene, transparent or a colour, found {_arrays.shown(background)}")
     try:
         dtype = None if options["dtype"] is None else np.dtype(options["dtype"])
     except TypeError:
@@ -199,7 +202,7 @@ def _look(options) -> dict[str, Any]:
     frame = options["frame"]
     return {
         "samples": _samples(options["samples"]),
-        "transparent": background == "transparent",
+        "background": str(background),
         "floats": floats,
         "srgb": srgb,
         "max_depth": _arrays.count_up_to("max_depth", options["max_depth"], _MOST_DEPTH),

@@ -9,7 +9,7 @@ use crate::{
 };
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray2};
 use octray::{
-    cli::picture::{self, AovKind, MeshOptions, Picture, Request, Subject, Values},
+    cli::picture::{self, AovKind, Backdrop, MeshOptions, Picture, Request, Subject, Values},
     format::mesh::Moment,
     glam::DVec3,
 };
@@ -37,7 +37,7 @@ pub struct Options<'py> {
     aov: Vec<String>,
     vertex_colors: Option<PyReadonlyArray2<'py, f32>>,
     face_colors: Option<PyReadonlyArray2<'py, f32>>,
-    transparent: bool,
+    background: String,
     floats: bool,
     srgb: Option<bool>,
     max_depth: u32,
@@ -55,6 +55,13 @@ pub struct Options<'py> {
 }
 
 impl Options<'_> {
+    fn backdrop(&self) -> PyResult<Backdrop> {
+        let parsed = self.background.parse();
+        parsed.map_err(|expected: String| {
+            PyValueError::new_err(format!("background: {expected}, found {:?}", self.background))
+        })
+    }
+
     /// How a mesh is shown.
     fn mesh(&self) -> PyResult<MeshOptions> {
         let has_moment = self.animation.is_some() || self.animation_time.is_some();
@@ -123,7 +130,7 @@ pub fn render<'py>(
         aovs: options.aovs()?,
         max_depth: options.max_depth,
         shadows: options.shadows,
-        transparent: options.transparent,
+        backdrop: options.backdrop()?,
         srgb: options.srgb,
         floats: options.floats,
         frame: options.frame,

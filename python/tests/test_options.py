@@ -158,6 +158,17 @@ def test_transparent_pictures_and_floats():
     assert four.shape == (32, 48, 4) and four[..., 3].min() == 0
 
 
+def test_background_colours():
+    shown = octray.render(MESH, (48, 32), samples=4, aov="mask", background="336699")
+    usual = octray.render(MESH, (48, 32), samples=4, aov="mask", background="transparent")["color"]
+    assert shown["color"].shape == (32, 48, 3)
+    assert np.all(shown["color"][usual[..., 3] == 0] == (0x33, 0x66, 0x99))
+    assert np.all(shown["color"][usual[..., 3] == 255] == usual[usual[..., 3] == 255][:, :3])
+    for wrong in ("purple", "", 5, None, (1, 2, 3)):
+        with pytest.raises(ValueError, match="background: expected scene, transparent"):
+            octray.render(MESH, (8, 8), background=wrong)
+
+
 def moving_gltf(path):
     """Write a glTF file with a triangle that turns by 120 degrees in a second."""
     arrays = [

@@ -7,7 +7,7 @@ use super::{
     write::{self, Axis, Format, Pixels, Z_STEP, instance_number},
 };
 pub use super::{
-    plan::{CameraOptions, MeshOptions, Side, StartView, Style},
+    plan::{Backdrop, CameraOptions, MeshOptions, Side, StartView, Style},
     write::AovKind,
 };
 use crate::{
@@ -87,8 +87,7 @@ pub struct Request {
     pub samples: Option<String>,
     pub max_depth: u32,
     pub shadows: bool,
-    /// Whether pixels that show nothing get alpha 0.
-    pub transparent: bool,
+    pub backdrop: Backdrop,
     /// Whether bytes are in sRGB; by the style if `None`.
     pub srgb: Option<bool>,
     /// Linear floats, as in an EXR file, instead of bytes.
@@ -122,7 +121,7 @@ impl Request {
     /// Which memory a picture takes for each pixel.
     fn pixel_bytes(&self) -> PixelBytes {
         PixelBytes {
-            film: if self.transparent { 16 } else { 12 },
+            film: self.backdrop.film_bytes(true),
             exr: false,
             aovs: !self.aovs.is_empty(),
             compared: false,
@@ -169,7 +168,7 @@ pub fn picture(
     let format = if request.floats { Format::Exr } else { Format::Png };
     let options = PictureOptions {
         transfer,
-        transparent: request.transparent,
+        backdrop: request.backdrop,
         aovs: Vec::new(),
         z_step: Z_STEP,
     };

@@ -103,6 +103,7 @@ fn wrong_values_are_usage_errors() {
         ("--environment-rotate 5", "--environment"),
         ("--gamma 2.2", "--srgb"),
         ("--transparent", "--background transparent"),
+        ("--bg-color", "--background COLOR"),
         ("--caustics", "--help lists the options"),
         ("--size", "--size"),
         ("--size 5x5 --size 5x5", "multiple times"),

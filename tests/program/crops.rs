@@ -97,7 +97,7 @@ const FISHEYE: &str = r#"{"camera_model":"OPENCV_FISHEYE","fl_x":11,"fl_y":10,"w
 const ALL: &str = "--aov depth,normal,albedo,id,heat,mask,z,instance";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 48] = [
+const CASES: [(&str, &str, &str); 49] = [
     ("instances.scn", "exr", ALL),
     (
         "instances.scn",
@@ -196,6 +196,7 @@ const CASES: [(&str, &str, &str); 48] = [
         "--environment sky.hdr --environment-rotate 40 --ground --samples auto:9",
     ),
     ("b.scn", "png", "--samples auto --background transparent"),
+    ("b.scn", "png", "--samples auto --background 336699"),
     ("b.scn", "exr", "--samples auto:7 --filter tent --mode scalar"),
     ("b.scn", "png", "--samples auto:64"),
     (

@@ -4,7 +4,7 @@ use super::{choices::Choice, values};
 use crate::{
     cli::{
         CliError,
-        plan::{PictureOptions, Style},
+        plan::{Backdrop, PictureOptions, Style},
         write::{AovKind, Z_STEP},
     },
     render::{Crop, Filter, Pattern, Settings, Transfer},
@@ -32,9 +32,10 @@ pub struct PictureArgs {
     #[command(flatten)]
     pub transfer: TransferArgs,
 
-    /// What camera rays that hit nothing show
-    #[arg(long, value_enum, default_value_t = BackgroundArg::Scene)]
-    pub background: BackgroundArg,
+    /// What is behind everything: the scene's background (scene), nothing (transparent, alpha 0), or a colour (white, black
+    /// or six hexadecimal digits, such as 336699). Mirrors and glass still show the scene's background [default: scene]
+    #[arg(long, value_name = "COLOR")]
+    pub background: Option<Backdrop>,
 }
 
 /// How linear channels become bytes.
@@ -95,15 +96,6 @@ pub struct SampleArgs {
     pub filter: Option<Choice<Filter>>,
 }
 
-/// What camera rays that hit nothing return.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum BackgroundArg {
-    /// The scene's background
-    Scene,
-    /// Alpha 0 (mirrors still show the scene's background)
-    Transparent,
-}
-
 impl TransferArgs {
     /// `is_srgb`: by itself, because of a soft style.
     pub fn transfer(&self, is_srgb: bool) -> Transfer {
@@ -127,7 +119,7 @@ impl PictureArgs {
     pub fn options(&self, is_srgb: bool) -> PictureOptions {
         PictureOptions {
             transfer: self.transfer.transfer(is_srgb),
-            transparent: self.background == BackgroundArg::Transparent,
+            backdrop: self.background.unwrap_or_default(),
             aovs: self.aovs.clone(),
             z_step: self.z_step.unwrap_or(Z_STEP),
         }

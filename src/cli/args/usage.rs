@@ -31,6 +31,10 @@ const ELSEWHERE: [(&[&str], &str); 22] = [
     ),
     (&["--transparent", "--alpha"], "--background transparent"),
     (
+        &["--bg", "--bg-color", "--background-color"],
+        "--background COLOR, such as --background white",
+    ),
+    (
         &["--region", "--tile", "--cropwindow", "--pixelbounds"],
         "--crop x0,y0,x1,y1",
     ),

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::cli::{
     CliError,
-    plan::{InputPlan, JsonTarget, Look, Looks, MeshOptions, PictureOptions, ViewPlan},
+    plan::{Backdrop, InputPlan, JsonTarget, Look, Looks, MeshOptions, PictureOptions, ViewPlan},
     write::Z_STEP,
 };
 use clap::Args;
@@ -117,7 +117,7 @@ impl ViewArgs {
         settings.validate()?;
         let picture = PictureOptions {
             transfer: self.transfer.transfer(is_soft),
-            transparent: false,
+            backdrop: Backdrop::Scene,
             aovs: Vec::new(),
             z_step: Z_STEP,
         };

@@ -357,7 +357,7 @@ impl Call<'_> {
             output,
             [window.width(), window.height()],
             frames,
-            look.picture.transparent,
+            look.picture.backdrop.is_transparent(),
         );
         animation.map(Some)
     }

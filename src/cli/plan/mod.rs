@@ -27,7 +27,7 @@ pub use job::{Engine, JobPlan};
 #[cfg(feature = "viewer")]
 pub use keyframes::playback_of;
 pub use keyframes::{Keyframes, NOT_PLAYED_FROM_STANDARD_INPUT, Playback, Playing, keyframes};
-pub use look::{Look, Looks, PictureOptions};
+pub use look::{Backdrop, Look, Looks, PictureOptions};
 pub use names::{Origin, PicturePath, aov as aov_path, check_pattern, expand, has_number, of_frame, stem};
 pub use poses::{PoseFile, PoseFiles, Poses, SavedPoses};
 pub use render::{

@@ -317,7 +317,7 @@ impl Pictures<'_> {
             "a sheet is one picture, not an animation; name a picture such as sheet.png"
         } else if output.is_exr() {
             "a sheet has 8 bits per channel; name a picture such as sheet.png"
-        } else if self.look.picture.transparent {
+        } else if self.look.picture.backdrop.is_transparent() {
             "a sheet has no transparent background"
         } else if !self.look.picture.aovs.is_empty() {
             "a sheet has no AOVs"
@@ -477,11 +477,7 @@ impl Pictures<'_> {
         let exr = frames.iter().any(|frame| frame.output.is_exr());
         let floats = exr || self.look.picture.transfer != Transfer::Linear;
         PixelBytes {
-            film: match (self.look.picture.transparent, floats) {
-                (true, _) => 16,
-                (false, true) => 12,
-                (false, false) => 3,
-            },
+            film: self.look.picture.backdrop.film_bytes(floats),
             exr,
             aovs: !self.look.picture.aovs.is_empty(),
             compared: self.comparison.is_some(),

@@ -257,7 +257,7 @@ impl Output {
     /// [`CliError::Usage`], with valid alternatives.
     pub fn check(&self, options: &PictureOptions) -> Result<(), CliError> {
         let name = &self.name;
-        if options.transparent && !self.format.has_alpha() {
+        if options.backdrop.is_transparent() && !self.format.has_alpha() {
             return Err(CliError::Usage(format!(
                 "{name}: this format has no alpha channel, expected .png, .qoi, .tiff, .tif, .exr, or .apng for animations"
             )));

@@ -2,8 +2,9 @@
 
 use super::{encode::Format, exr_layers::Channel, place::Place};
 use crate::{
-    cli::plan::PictureOptions,
-    render::{ByteFilm, Film, FrameStats, OnProgress, RenderError, Renderer, Settings, Transfer},
+    cli::plan::{Backdrop, PictureOptions},
+    math::srgb::decode,
+    render::{ByteFilm, Film, FrameStats, OnProgress, RenderError, Renderer, Settings, Transfer, quantize},
     scene::Camera,
 };
 use std::borrow::Cow;
@@ -42,21 +43,56 @@ pub struct Picture {
     pub layers: Vec<Channel>,
     /// Where it lies in the whole picture, if it is a crop.
     pub place: Option<Place>,
+    /// The linear colour behind everything, if it is not the scene's background.
+    pub behind: Option<[f32; 3]>,
+}
+
+/// Puts a picture in front of a colour.
+fn in_front_of(color: [f32; 3], film: &Film<[f32; 4]>) -> Result<Film, RenderError> {
+    let mut whole = Film::new(0, 0);
+    let resized = whole.try_resize(film.width(), film.height());
+    resized
+        .map_err(|_| RenderError::Memory("not enough memory for the picture with its background".into()))?;
+    for (pixel, &[r, g, b, alpha]) in whole.pixels_mut().iter_mut().zip(film.pixels()) {
+        let rest = (1.0 - alpha).max(0.0);
+        *pixel = [r + rest * color[0], g + rest * color[1], b + rest * color[2]];
+    }
+    Ok(whole)
+}
+
+/// The linear colour of these bytes.
+fn linear(transfer: Transfer, color: [u8; 3]) -> [f32; 3] {
+    color.map(|byte| match transfer {
+        Transfer::Srgb => decode(f64::from(byte) / 255.0) as f32,
+        Transfer::Linear => {
+            let level = f32::from(byte) / 255.0;
+            if quantize(level) < byte {
+                level.next_up()
+            } else {
+                level
+            }
+        }
+    })
 }
 
 impl Picture {
     /// An empty picture for a file of that format. Rendering gives it its size.
     pub fn new(format: Format, options: &PictureOptions) -> Self {
         let transfer = options.transfer;
-        let pixels = if options.transparent {
+        let behind = match options.backdrop {
+            Backdrop::Color(color) => Some(linear(transfer, color)),
+            Backdrop::Scene | Backdrop::Transparent => None,
+        };
+        let pixels = if options.backdrop.is_transparent() {
             Pixels::Transparent(Film::black(0, 0))
-        } else if format == Format::Exr || transfer != Transfer::Linear {
+        } else if format == Format::Exr || behind.is_some() || transfer != Transfer::Linear {
             Pixels::Linear(Film::new(0, 0))
         } else {
             Pixels::Bytes(ByteFilm::black(0, 0))
         };
         Self {
             transfer,
+            behind,
             ..Self::from(pixels)
         }
     }
@@ -73,6 +109,12 @@ impl Picture {
         on_progress: OnProgress<'_>,
     ) -> Result<FrameStats, RenderError> {
         self.place = Place::of(settings, self.transfer);
+        if let Some(color) = self.behind {
+            let mut film = Film::<[f32; 4]>::black(0, 0);
+            let stats = renderer.render(camera, settings, &mut film, on_progress)?;
+            self.pixels = Pixels::Linear(in_front_of(color, &film)?);
+            return Ok(stats);
+        }
         match &mut self.pixels {
             Pixels::Bytes(film) => renderer.render(camera, settings, film, on_progress),
             Pixels::Linear(film) => renderer.render(camera, settings, film, on_progress),
@@ -115,6 +157,10 @@ impl From<Pixels> for Picture {
             transfer: Transfer::Linear,
             layers: Vec::new(),
             place: None,
+            behind: None,
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
