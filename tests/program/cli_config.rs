@@ -304,6 +304,39 @@ fn errors_say_where_a_default_is_set() {
     assert!(!commands.contains("--animation-time"), "{commands}");
 }
 
+/// Numbers, names and files, whether the message names their option or not.
+#[test]
+fn values_of_defaults_are_explained() {
+    let folder = Folder::new();
+    folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    for (defaults, line, code, option) in [
+        ("fov = 1000", "a.obj", 2, "fov"),
+        ("eye = [1, 1, 1]", "a.obj --target=1,1,1", 2, "eye"),
+        ("size = '99999x99999'", "a.obj", 1, "size"),
+        ("max-memory = '1K'", "a.obj", 1, "max-memory"),
+        ("camera = 'nope'", "a.scn", 2, "camera"),
+        ("environment = 'nope.hdr'", "a.obj", 1, "environment"),
+        ("poses = 'nope'", "a.obj", 1, "poses"),
+        ("compare = 'nope.png'", "a.obj", 1, "compare"),
+        ("output = 'x.webp'", "a.obj", 2, "output"),
+        ("json = 'no/x'", "a.obj", 1, "json"),
+        ("background = 'transparent'", "a.obj -o a.jpg", 2, "background"),
+    ] {
+        folder.write("c.toml", &format!("# One.\n{defaults}\n"));
+        let run = folder.run_line(&format!("{line} --config=c.toml"));
+        run.failed(code, &format!("; --{option} is set in c.toml:2:1"));
+    }
+    // What is typed is to blame.
+    folder.write("c.toml", "fov = 30\noutput = 'a.png'\nsize = '8x8'\n");
+    for line in ["a.obj -o a.webp", "no.obj", "a.obj --json=no/x"] {
+        let run = folder.run_line(&format!("{line} --config=c.toml"));
+        assert!(
+            run.code != Some(0) && !run.stderr.contains("is set in"),
+            "{run:?}"
+        );
+    }
+}
+
 /// The calls of a job have only the defaults that apply to their scene.
 #[test]
 fn jobs_of_scenes_have_no_defaults_for_meshes() {

@@ -15,6 +15,7 @@ use clap::{
     parser::ValueSource,
 };
 use std::{
+    any::TypeId,
     env,
     ffi::OsString,
     io::{self, Read},
@@ -140,6 +141,8 @@ struct Setting {
     needs: Vec<String>,
     /// `None` for a switch that is off.
     argument: Option<OsString>,
+    /// Its value, if that is a file's name or free text.
+    words: Option<String>,
     key: Range<usize>,
 }
 
@@ -209,8 +212,12 @@ impl File<'_> {
             Some(argument) => check(render, argument).map_err(|message| fault(&message))?,
             None => Vec::new(),
         };
+        let has_words = [TypeId::of::<PathBuf>(), TypeId::of::<String>()]
+            .iter()
+            .any(|kind| option.get_value_parser().type_id() == *kind);
         Ok(Setting {
             id: option.get_id().to_string(),
+            words: text(value.get_ref()).filter(|_| has_words),
             name: key.to_owned(),
             excludes: excluded(render, option),
             needs,
@@ -226,6 +233,7 @@ impl File<'_> {
         ConfigDefault {
             id: setting.id.clone(),
             name: setting.name.clone(),
+            words: setting.words.clone(),
             at,
         }
     }

@@ -33,7 +33,7 @@ pub use values::numbers;
 
 use super::{
     CliError,
-    plan::{Plan, explained},
+    plan::{Plan, explained_plan},
     report::{self, version},
 };
 use crate::error::clip;
@@ -111,30 +111,46 @@ pub fn plan(arguments: Vec<OsString>) -> Result<Option<Plan>, CliError> {
     if let Some(why) = usage::one_dash(&arguments).or_else(|| usage::two_pages(&arguments)) {
         return Err(CliError::Usage(why));
     }
-    let (mut cli, mut matches) = match parse(&arguments) {
+    let (cli, matches) = match parse(&arguments) {
         Ok(parsed) => parsed,
         Err(answer) => return show(answer, &arguments),
     };
-    let read = |args: &render::RenderArgs| match matches.subcommand() {
-        Some((_, given)) => {
-            config::with_defaults(&arguments, given, &args.config, cli.command.ignored_defaults())
-        }
-        None => Ok(None),
+    // Without the defaults of the config file that are not for this command, nor an option of it.
+    let with_defaults = |option: Option<&str>| {
+        let (Some(args), Some((_, given))) = (cli.command.render(), matches.subcommand()) else {
+            return Ok(None);
+        };
+        let mut ignored = cli.command.ignored_defaults().to_vec();
+        ignored.extend(option);
+        config::with_defaults(&arguments, given, &args.config, &ignored)
     };
-    if let Some(with_defaults) = cli.command.render().map_or(Ok(None), read)? {
-        match parse(&with_defaults.arguments) {
-            Ok(parsed) => (cli, matches) = parsed,
-            Err(answer) => return show(answer, &with_defaults.arguments),
-        }
-        if let Some(args) = cli.command.render_mut() {
-            args.defaults = with_defaults.options;
-        }
-    }
-    let defaults = cli.command.render().map(|args| args.defaults.clone());
-    let plan = cli.command.plan(&matches).map(Some);
-    let plan = plan.map_err(|error| explained(error, &defaults.unwrap_or_default()));
+    let plan = match with_defaults(None)? {
+        None => cli.command.plan(&matches),
+        Some(all) => match parse(&all.arguments) {
+            Err(answer) => return show(answer, &all.arguments),
+            Ok(parsed) => {
+                let defaults = all.options.clone();
+                plan_of(parsed, all).map_err(|error| {
+                    explained_plan(error, &defaults, |option| {
+                        let fewer = with_defaults(Some(option)).ok()??;
+                        let parsed = parse(&fewer.arguments).ok()?;
+                        Some(plan_of(parsed, fewer).map(drop))
+                    })
+                })
+            }
+        },
+    };
     // Of `-s 800 600` one number is a size and the other one a file.
-    plan.map_err(|error| usage::misread(&arguments).map_or(error, CliError::Usage))
+    plan.map(Some)
+        .map_err(|error| usage::misread(&arguments).map_or(error, CliError::Usage))
+}
+
+/// The plan of a command line with defaults.
+fn plan_of((mut cli, matches): (Cli, ArgMatches), defaults: config::WithDefaults) -> Result<Plan, CliError> {
+    if let Some(args) = cli.command.render_mut() {
+        args.defaults = defaults.options;
+    }
+    cli.command.plan(&matches)
 }
 
 impl Command {

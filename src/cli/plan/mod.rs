@@ -18,7 +18,7 @@ mod turntable;
 #[cfg(feature = "viewer")]
 pub use choice::ViewPlan;
 pub use choice::{BenchPlan, BenchScenes, Build, GeneratePlan, InfoPlan, JsonTarget, MergePlan, VerifyPlan};
-pub use defaults::{ConfigDefault, explained};
+pub use defaults::{ConfigDefault, explained, explained_plan};
 pub use input::{
     ANIMATION, CameraOptions, FIT, FOCUS, FOR_MESHES, InputKind, InputPlan, MeshOptions, Side, StartView,
     Style, is_for_meshes, is_standard_input, kind_of, name,
