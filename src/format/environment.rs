@@ -48,7 +48,8 @@ mod decoding {
         format::{
             budget::Budget,
             reason::Reason,
-            textures::decoding::{DECODER_BYTES, HEADER_BYTES, limits, reason},
+            textures::decoding::{DECODER_BYTES, HEADER_BYTES, limits, readable, reason},
+            tiff,
         },
         scene::{EnvironmentPicture, MAX_ENVIRONMENT_SIDE},
     };
@@ -79,19 +80,23 @@ mod decoding {
             _ => 0,
         };
         let radiance = (format == Hdr).then(|| Radiance::read(bytes)).transpose()?;
+        let tiff = (format == Tiff).then(|| tiff::Tiff::of(bytes));
+        let tiff = tiff.transpose().map_err(Reason::unsupported)?;
+        let readable = readable(bytes, tiff.as_ref());
         let pixels = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
         let (size, decoded) = if let Some(radiance) = &radiance {
             (radiance.size, 12 * pixels(radiance.size))
         } else {
-            let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+            let mut reader = ImageReader::with_format(Cursor::new(&*readable), format);
             reader.limits(limits(HEADER_BYTES));
-            let decoder = reader.into_decoder().map_err(|error| reason(&error))?;
+            let decoder = reader.into_decoder().map_err(|error| reason(&error, bytes))?;
             (decoder.dimensions().into(), decoder.total_bytes())
         };
         let [width, height] = size;
         check_size(width, height)?;
         // The decoded image, RGB floats, and the decoder's own memory.
-        let needed = decoded.saturating_mul(2) + 12 * pixels(size) + most_block + DECODER_BYTES;
+        let beside = tiff.map_or(0, |tiff| tiff.bytes_beside(bytes.len(), pixels(size)));
+        let needed = decoded.saturating_mul(2) + 12 * pixels(size) + most_block + beside + DECODER_BYTES;
         let kept = EnvironmentPicture::bytes(size);
         if needed + kept as u64 > budget.left() {
             return Err(Reason::limit(format!(
@@ -104,9 +109,13 @@ mod decoding {
         if let Some(radiance) = radiance {
             return Ok((size, radiance.decode()?));
         }
-        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+        let mut reader = ImageReader::with_format(Cursor::new(&*readable), format);
         reader.limits(limits(needed));
-        let decoded = reader.decode().map_err(|error| reason(&error))?;
+        let decoded = reader.decode().map_err(|error| reason(&error, bytes))?;
+        let decoded = match tiff {
+            Some(tiff) => tiff.straight(decoded),
+            None => decoded,
+        };
         let floats = decoded.into_rgb32f().into_raw();
         let texels = bytemuck::allocation::try_cast_vec(floats);
         let texels = texels.map_err(|_| Reason::limit("it does not fit into memory".to_owned()))?;

@@ -27,6 +27,8 @@ mod stl;
 mod textures;
 #[cfg(feature = "threemf")]
 mod threemf;
+#[cfg(feature = "textures")]
+pub(crate) mod tiff;
 mod vertices;
 
 #[cfg(feature = "cli")]

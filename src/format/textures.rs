@@ -9,8 +9,6 @@ pub(super) mod decoding;
 mod heights;
 mod highlight;
 pub(super) mod names;
-#[cfg(feature = "textures")]
-mod palette;
 
 pub(super) use highlight::Highlight;
 

@@ -228,6 +228,33 @@ fn equal_pictures_agree_in_every_lossless_format() {
     assert!(!folder.names().iter().any(|name| name.contains("difference")));
 }
 
+/// Floats have premultiplied colours, bytes straight ones. The average has alpha if a picture has.
+#[test]
+fn half_transparent_pictures_are_compared() {
+    let folder = Folder::new();
+    let line = format!("a.scn {SMALL} --samples 4 --background transparent");
+    folder.run_line(&format!("{line} -o ref.exr")).succeeded();
+    let floats = image::open(folder.path("ref.exr")).unwrap().into_rgba32f();
+    let is_partial = |pixel: &image::Rgba<f32>| pixel.0[3] > 0.0 && pixel.0[3] < 1.0;
+    assert!(floats.pixels().any(is_partial));
+    floats.save(folder.path("straight.tiff")).unwrap();
+    let bytes = format!("{line} -o new.png -q --compare ref.exr");
+    folder.run_line(&bytes).succeeded();
+    // The colours of the TIFF file are called straight.
+    folder
+        .run_line(&format!(
+            "{line} -o new.exr --compare straight.tiff --tolerance 1"
+        ))
+        .failed(5, "new.exr differs from straight.tiff");
+    let mut opaque = image::open(folder.path("new.png")).unwrap().into_rgba8();
+    opaque
+        .pixels_mut()
+        .for_each(|pixel| pixel.0[3] = pixel.0[3].wrapping_sub(4));
+    opaque.save(folder.path("fainter.png")).unwrap();
+    let run = folder.run_line(&format!("{line} -o new.png --compare fainter.png"));
+    assert!(!run.stderr.contains(" 0.0000 on average"), "{run:?}");
+}
+
 #[test]
 fn differences_are_reported_and_written() {
     let folder = Folder::new();

@@ -53,6 +53,58 @@ fn skies_of_floats() {
     assert_eq!(made[0], made[1]);
 }
 
+/// Palettes are read, and what is not read is said.
+#[test]
+fn references_and_skies_of_tiff() {
+    let folder = folder();
+    let short = |tag: u16, value: u16| [tag, 3, 1, 0, value, 0].map(u16::to_le_bytes).concat();
+    let long = |tag: u16, kind: u16, count: u32, value: u32| {
+        let [tag, kind] = [tag, kind].map(u16::to_le_bytes);
+        let [count, value] = [count, value].map(u32::to_le_bytes);
+        [&tag[..], &kind, &count, &value].concat()
+    };
+    let tiff = |interpretation, bits, samples: &[u8]| {
+        let map = [300_u16, 0xa00, 0xf000].map(|most| (0..256).map(move |i| most.wrapping_mul(i)));
+        let map: Vec<u8> = map.into_iter().flatten().flat_map(u16::to_le_bytes).collect();
+        let start = 8 + 2 + 9 * 12 + 4;
+        let entries = [
+            short(256, 2),
+            short(257, 1),
+            short(258, bits),
+            short(259, 1),
+            short(262, interpretation),
+            long(273, 4, 1, start + map.len() as u32),
+            short(278, 1),
+            long(279, 4, 1, samples.len() as u32),
+            long(320, 3, 768, start),
+        ];
+        let head = [&b"II*\0\x08\0\0\0\x09\0"[..], &entries.concat(), &[0; 4]].concat();
+        [head, map, samples.to_vec()].concat()
+    };
+    fs::write(folder.path("palette.tif"), tiff(3, 8, &[1, 255])).expect("it is written");
+    let shown = |i: u16| [300, 0xa00, 0xf000_u16].map(|most| (most.wrapping_mul(i) >> 8) as u8);
+    let colors = [shown(1), shown(255)].concat();
+    let colors = image::RgbImage::from_raw(2, 1, colors).expect("two pixels");
+    colors.save(folder.path("palette.png")).expect("it is written");
+    let made = ["png", "tif"].map(|extension| {
+        let options = format!("-q -o made.png --environment palette.{extension}");
+        folder
+            .run_line(&format!("square.obj --size 9x9 {options}"))
+            .succeeded();
+        fs::read(folder.path("made.png")).expect("a picture")
+    });
+    assert_eq!(made[0], made[1]);
+    let compare = |name: &str| folder.run_line(&format!("square.obj --size 2x1 -o a.png --compare {name}"));
+    let [tiff_said, png_said] = ["palette.tif", "palette.png"].map(|name| compare(name).stderr);
+    assert_eq!(tiff_said.replace(".tif", ".png"), png_said);
+    fs::write(folder.path("grey.tif"), tiff(1, 32, &[0; 8])).expect("it is written");
+    let words = "this is a TIFF with grey of 32-bit integers, expected grey, RGB";
+    compare("grey.tif").failed(1, words);
+    folder
+        .run_line("square.obj --environment grey.tif")
+        .failed(1, words);
+}
+
 #[test]
 fn wrong_environments() {
     let folder = folder();

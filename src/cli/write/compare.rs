@@ -8,7 +8,7 @@ use super::{
 use crate::{
     cli::{CliError, plan::CompareOptions},
     error::clip_path,
-    render::{ByteFilm, Film, Transfer, quantize},
+    render::{ByteFilm, Film, Transfer},
 };
 use image::DynamicImage;
 use std::{
@@ -87,10 +87,16 @@ impl Comparison {
         let floats = has_floats(&reference)
             && picture.transfer == Transfer::Linear
             && !matches!(picture.pixels, Pixels::Bytes(_));
-        let reference = Reference::new(reference);
+        let reference = Reference::new(reference, floats)?;
         let ours = Ours::new(picture, floats);
-        let levels = |i| seen_distances(ours.levels(i), reference.levels(i, floats), floats);
-        let figures = Figures::new((self.width, self.height), self.tolerance, levels);
+        let both = |i| [ours.levels(i), reference.levels(i)];
+        let levels = |i| {
+            let [ours, theirs] = both(i);
+            seen_distances(ours, theirs, floats)
+        };
+        let pixels = self.width as usize * self.height as usize;
+        let is_opaque = (0..pixels).flat_map(both).all(|[.., alpha]| alpha == 255.0);
+        let figures = Figures::new(pixels, is_opaque, self.tolerance, levels);
         let agrees = figures.differing as f64 <= self.allow_pixels * figures.pixels as f64;
         let mut shown = (!agrees).then(|| self.difference(figures.largest, levels));
         let mut text = figures.text(name, &self.reference, self.tolerance, shown.is_none());
@@ -144,9 +150,9 @@ fn source(path: &Path, size: (u32, u32)) -> Source<'_> {
     }
 }
 
-/// A decoded picture with alpha: floats if its file has floats, else bytes.
+/// A decoded picture with alpha.
 enum Reference {
-    Bytes(image::RgbaImage),
+    Bytes(Vec<u8>),
     Floats(image::Rgba32FImage),
 }
 
@@ -158,21 +164,26 @@ fn has_floats(picture: &DynamicImage) -> bool {
 }
 
 impl Reference {
-    fn new(picture: DynamicImage) -> Self {
-        if has_floats(&picture) {
-            Self::Floats(picture.into_rgba32f())
-        } else {
-            Self::Bytes(picture.into_rgba8())
+    /// With floats as they are, or as bytes, which are straight.
+    fn new(picture: DynamicImage, floats: bool) -> Result<Self, CliError> {
+        if !has_floats(&picture) {
+            return Ok(Self::Bytes(picture.into_rgba8().into_raw()));
         }
+        let picture = picture.into_rgba32f();
+        if floats {
+            return Ok(Self::Floats(picture));
+        }
+        let mut film = Film::<[f32; 4]>::black(0, 0);
+        film.try_resize(picture.width(), picture.height())
+            .map_err(|_| CliError::Memory("not enough memory for the reference".into()))?;
+        film.pixels_mut().copy_from_slice(picture.as_raw().as_chunks().0);
+        Ok(Self::Bytes(film.to_bytes(Transfer::Linear)))
     }
 
-    fn levels(&self, i: usize, floats: bool) -> [f32; 4] {
+    fn levels(&self, i: usize) -> [f32; 4] {
         match self {
-            Self::Bytes(picture) => picture.as_raw().as_chunks().0[i].map(f32::from),
-            Self::Floats(picture) => {
-                let channels: [f32; 4] = picture.as_raw().as_chunks().0[i];
-                channels.map(|channel| level(channel, floats))
-            }
+            Self::Bytes(bytes) => bytes.as_chunks().0[i].map(f32::from),
+            Self::Floats(picture) => picture.as_raw().as_chunks().0[i].map(level),
         }
     }
 }
@@ -209,21 +220,17 @@ impl<'a> Ours<'a> {
                 levels
             }
             Self::Floats(film) => {
-                let [r, g, b] = film.pixels()[i].map(|channel| level(channel, true));
+                let [r, g, b] = film.pixels()[i].map(level);
                 [r, g, b, 255.0]
             }
-            Self::FloatsWithAlpha(film) => film.pixels()[i].map(|channel| level(channel, true)),
+            Self::FloatsWithAlpha(film) => film.pixels()[i].map(level),
         }
     }
 }
 
 /// Floats are compared with floats as they are, with bytes as the bytes that they would become.
-fn level(channel: f32, floats: bool) -> f32 {
-    if floats {
-        255.0 * channel
-    } else {
-        f32::from(quantize(channel))
-    }
+fn level(channel: f32) -> f32 {
+    255.0 * channel
 }
 
 /// [`distances`]; none if neither pixel shows anything. The colours of floats count without alpha, too: they are premultiplied,
@@ -254,26 +261,27 @@ struct Figures {
     differing: u64,
     /// Of all channels, levels.
     largest: f32,
-    /// Over all colour channels, levels.
+    /// Over the channels of all pixels, levels. Of opaque pictures alpha is no channel.
     mean: f64,
 }
 
 impl Figures {
-    fn new((width, height): (u32, u32), tolerance: f32, levels: impl Fn(usize) -> [f32; 4]) -> Self {
-        let pixels = u64::from(width) * u64::from(height);
+    /// Counts pixels; their alpha is in the mean unless both pictures are opaque.
+    fn new(pixels: usize, is_opaque: bool, tolerance: f32, levels: impl Fn(usize) -> [f32; 4]) -> Self {
         let (mut differing, mut largest, mut sum) = (0, 0.0_f32, 0.0);
-        for i in 0..pixels as usize {
+        for i in 0..pixels {
             let [r, g, b, alpha] = levels(i);
             let most = r.max(g).max(b).max(alpha);
             differing += u64::from(most > tolerance);
             largest = largest.max(most);
-            sum += f64::from(r) + f64::from(g) + f64::from(b);
+            sum += f64::from(r) + f64::from(g) + f64::from(b) + f64::from(alpha);
         }
+        let (pixels, channels) = (pixels as u64, if is_opaque { 3 } else { 4 });
         Self {
             pixels,
             differing,
             largest,
-            mean: sum / (3 * pixels) as f64,
+            mean: sum / (channels * pixels) as f64,
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::{
     cli::CliError,
     error::{clip, clip_path, decoder_reason, in_bytes, io_reason},
-    format,
+    format::{self, tiff::Tiff},
 };
 use image::{DynamicImage, ImageError, ImageFormat, ImageReader, ImageResult, Limits};
 use std::{
@@ -34,23 +34,31 @@ impl Source<'_> {
     /// # Errors
     /// [`CliError::Failed`].
     pub fn dimensions(self) -> Result<(u32, u32), CliError> {
-        self.read_bytes(PIXEL_BYTES, |bytes| reader(bytes, None)?.into_dimensions())
+        self.read_bytes(PIXEL_BYTES, |bytes| {
+            let (size, _) = read(bytes, None, |reader| reader.into_dimensions())?;
+            Ok(size)
+        })
     }
 
-    /// Decodes the picture, in `format` or in that of its first bytes.
+    /// Decodes the picture, in `format` or in that of its first bytes. Bytes are straight, floats premultiplied.
     ///
     /// # Errors
     /// [`CliError::Failed`].
     pub fn decode(self, format: Option<ImageFormat>) -> Result<DynamicImage, CliError> {
         let (width, height) = self.size;
         self.read_bytes(PIXEL_BYTES, |bytes| {
-            let mut reader = reader(bytes, format)?;
-            let mut limits = Limits::default();
-            limits.max_alloc = Some(DECODER_BYTES + 2 * self.bytes(PIXEL_BYTES));
-            limits.max_image_width = Some(width);
-            limits.max_image_height = Some(height);
-            reader.limits(limits);
-            reader.decode()
+            let (picture, tiff) = read(bytes, format, |mut reader| {
+                let mut limits = Limits::default();
+                limits.max_alloc = Some(DECODER_BYTES + 2 * self.bytes(PIXEL_BYTES));
+                limits.max_image_width = Some(width);
+                limits.max_image_height = Some(height);
+                reader.limits(limits);
+                reader.decode()
+            })?;
+            Ok(match tiff {
+                Some(tiff) => tiff.as_exr(picture),
+                None => picture,
+            })
         })
     }
 
@@ -108,13 +116,28 @@ impl Source<'_> {
     }
 }
 
-/// From bytes, like the reader of textures, because decoders are compiled for each type of source.
-fn reader(bytes: &[u8], format: Option<ImageFormat>) -> ImageResult<ImageReader<Cursor<&[u8]>>> {
-    let bytes = Cursor::new(bytes);
-    Ok(match format {
-        Some(format) => ImageReader::with_format(bytes, format),
-        None => ImageReader::new(bytes).with_guessed_format()?,
-    })
+/// Reads a picture with `work`. From bytes, like the reader of textures, because decoders are compiled for each type of source.
+fn read<T>(
+    bytes: &[u8],
+    format: Option<ImageFormat>,
+    work: impl FnOnce(ImageReader<Cursor<&[u8]>>) -> ImageResult<T>,
+) -> ImageResult<(T, Option<Tiff>)> {
+    let of_tiff = || Tiff::is_start(bytes).then_some(ImageFormat::Tiff);
+    let format = format.or_else(|| of_tiff().or_else(|| image::guess_format(bytes).ok()));
+    if format != Some(ImageFormat::Tiff) {
+        let bytes = Cursor::new(bytes);
+        return work(match format {
+            Some(format) => ImageReader::with_format(bytes, format),
+            None => ImageReader::new(bytes),
+        })
+        .map(|read| (read, None));
+    }
+    let fault = |text: String| ImageError::IoError(io::Error::other(text));
+    let tiff = Tiff::of(bytes).map_err(fault)?;
+    let readable = tiff.readable(bytes);
+    let reader = ImageReader::with_format(Cursor::new(&*readable), ImageFormat::Tiff);
+    let read = work(reader).map_err(|error| Tiff::fault(bytes, &error).map_or(error, fault))?;
+    Ok((read, Some(tiff)))
 }
 
 /// Makes a panic of a decoder an error. Its message would go to standard error.

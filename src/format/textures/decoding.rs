@@ -1,9 +1,9 @@
 //! Decodes images, within limits of size and memory.
 
-use super::{Budget, Content, Encoded, Image, Made, heights, palette::Palette};
+use super::{Budget, Content, Encoded, Image, Made, heights};
 use crate::{
     error::{decoder_reason, in_bytes},
-    format::reason::Reason,
+    format::{reason::Reason, tiff::Tiff},
     scene::MAX_IMAGE_SIDE,
 };
 use image::{
@@ -29,7 +29,7 @@ pub(in crate::format) const HEADER_BYTES: u64 = 8 << 20;
 struct Header<'a> {
     bytes: &'a [u8],
     format: ImageFormat,
-    palette: Option<Palette>,
+    tiff: Option<Tiff>,
     size: [u32; 2],
     /// What decoding it takes until the image is made, bytes.
     needed: u64,
@@ -118,26 +118,21 @@ fn known<'a>(encoded: &Encoded<'a>, content: Content<'a>, budget: &Budget) -> Re
 }
 
 fn header<'a>(encoded: &Encoded<'a>) -> Result<Header<'a>, String> {
-    use ImageFormat::{Bmp, Gif, Jpeg, Png, Tga, Tiff, WebP};
+    use ImageFormat::{Bmp, Gif, Jpeg, Png, Tga, WebP};
     let bytes = encoded.bytes.clone()?;
     let by_name = || ImageFormat::from_path(Path::new(&encoded.name)).ok();
     let format = image::guess_format(bytes).ok().or_else(by_name);
-    let format = format.filter(|format| matches!(format, Png | Jpeg | WebP | Bmp | Tga | Gif | Tiff));
+    let format =
+        format.filter(|format| matches!(format, Png | Jpeg | WebP | Bmp | Tga | Gif | ImageFormat::Tiff));
     let expected = "unknown kind of picture, expected PNG, JPEG, WebP, BMP, TGA, GIF or TIFF";
     let format = format.ok_or(expected)?;
-    let palette = Palette::of_tiff(bytes).filter(|_| format == Tiff);
-    let mut reader = reader(bytes, format, palette.as_ref());
+    let tiff = (format == ImageFormat::Tiff)
+        .then(|| Tiff::of(bytes))
+        .transpose()?;
+    let readable = readable(bytes, tiff.as_ref());
+    let mut reader = ImageReader::with_format(Cursor::new(&*readable), format);
     reader.limits(limits(HEADER_BYTES));
-    let decoder = reader.into_decoder();
-    let decoder = decoder.map_err(|error| match error {
-        // Such as floating-point grey.
-        ImageError::Unsupported(_) if format == Tiff => {
-            "this kind of TIFF is not read, expected grey or RGB of 8 or 16 bits, or a palette of 256 colours: convert it, \
-             for example to PNG"
-                .to_owned()
-        }
-        error => sentence(&error),
-    })?;
+    let decoder = reader.into_decoder().map_err(|error| fault(&error, bytes))?;
     let (width, height) = decoder.dimensions();
     if width.max(height) > MAX_IMAGE_SIDE || width.min(height) == 0 {
         return Err(format!(
@@ -145,35 +140,30 @@ fn header<'a>(encoded: &Encoded<'a>) -> Result<Header<'a>, String> {
         ));
     }
     let pixels = u64::from(width) * u64::from(height);
-    // The copy of the file, and the colours of the indices.
-    let beside = palette.map_or(0, |_| bytes.len() as u64 + 3 * pixels);
+    let beside = tiff.map_or(0, |tiff| tiff.bytes_beside(bytes.len(), pixels));
     Ok(Header {
         bytes,
         format,
-        palette,
+        tiff,
         size: [width, height],
         // Decoded, as RGBA, and what a decoder keeps beside: coefficients or planes.
         needed: decoder.total_bytes().saturating_mul(2) + 4 * pixels + beside + DECODER_BYTES,
     })
 }
 
-/// A reader of the file, or of the indices into its palette.
-fn reader<'a>(
-    bytes: &'a [u8],
-    format: ImageFormat,
-    palette: Option<&Palette>,
-) -> ImageReader<Cursor<Cow<'a, [u8]>>> {
-    let bytes = palette.map_or(Cow::Borrowed(bytes), |palette| palette.as_grey(bytes).into());
-    ImageReader::with_format(Cursor::new(bytes), format)
+/// The file as its decoder can read it.
+pub(in crate::format) fn readable<'a>(bytes: &'a [u8], tiff: Option<&Tiff>) -> Cow<'a, [u8]> {
+    tiff.map_or(bytes.into(), |tiff| tiff.readable(bytes))
 }
 
 fn rgba(header: &Header<'_>) -> Result<RgbaImage, String> {
-    let palette = header.palette.as_ref();
-    let mut reader = reader(header.bytes, header.format, palette);
+    let tiff = header.tiff.as_ref();
+    let readable = readable(header.bytes, tiff);
+    let mut reader = ImageReader::with_format(Cursor::new(&*readable), header.format);
     reader.limits(limits(header.needed));
-    let mut decoded: DynamicImage = reader.decode().map_err(|error| sentence(&error))?;
-    if let Some(palette) = palette {
-        decoded = palette.colors(decoded);
+    let mut decoded: DynamicImage = reader.decode().map_err(|error| fault(&error, header.bytes))?;
+    if let Some(tiff) = tiff {
+        decoded = tiff.straight(decoded);
     }
     Ok(decoded.into_rgba8())
 }
@@ -236,8 +226,13 @@ pub(in crate::format) fn sentence(error: &ImageError) -> String {
     decoder_reason(&error.to_string())
 }
 
-pub(in crate::format) fn reason(error: &ImageError) -> Reason {
-    let message = sentence(error);
+/// What is wrong with a file of these bytes.
+fn fault(error: &ImageError, bytes: &[u8]) -> String {
+    Tiff::fault(bytes, error).unwrap_or_else(|| sentence(error))
+}
+
+pub(in crate::format) fn reason(error: &ImageError, bytes: &[u8]) -> Reason {
+    let message = fault(error, bytes);
     match error {
         ImageError::Limits(_) => Reason::limit(message),
         ImageError::Unsupported(_) => Reason::unsupported(message),

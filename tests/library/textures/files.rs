@@ -108,8 +108,8 @@ fn what_to_do_with_other_tiff_is_said() {
     let at = tiff.windows(8).position(|bytes| bytes == key).expect("an entry");
     tiff[at + 8] = 3;
     let (_, notes) = obj_scene("map_Kd a.png", &tiff);
-    let expected = "a.obj: texture a.png is not shown: this kind of TIFF is not read, expected grey or RGB of 8 or 16 bits, \
-                    or a palette of 256 colours: convert it, for example to PNG";
+    let expected = "a.obj: texture a.png is not shown: this is a TIFF with a palette of 0 colours, expected grey, RGB or CMYK of \
+                    8-bit or 16-bit integers, RGB of 32-bit floats, black and white, or a palette of 256 colours";
     assert_eq!(notes, [expected]);
 }
 
