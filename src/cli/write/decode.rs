@@ -5,7 +5,7 @@ use crate::{
     error::{clip, clip_path, decoder_reason, in_bytes, io_reason},
     format::{self, tiff::Tiff},
 };
-use image::{DynamicImage, ImageError, ImageFormat, ImageReader, ImageResult, Limits};
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, ImageResult, Limits};
 use std::{
     fs::File,
     io::{self, Cursor, Read, Take},
@@ -35,7 +35,7 @@ impl Source<'_> {
     /// [`CliError::Failed`].
     pub fn dimensions(self) -> Result<(u32, u32), CliError> {
         self.read_bytes(PIXEL_BYTES, |bytes| {
-            let (size, _) = read(bytes, None, |reader| reader.into_dimensions())?;
+            let (size, _) = read(bytes, None, |reader| Ok(reader.into_decoder()?.dimensions()))?;
             Ok(size)
         })
     }

@@ -79,7 +79,7 @@ fn an_error_about_a_camera_or_a_value_names_the_file() {
         let said = name(CliError::Failed(text.into()));
         assert_eq!(said.as_deref(), option, "{text}");
     }
-    let own = crate::error::LoadError::whole_file(Path::new("a.scn"), &Of::Focus(0.0).to_string());
+    let own = crate::error::LoadError::whole_file(Path::new("a.scn"), Of::Focus(0.0).to_string());
     assert_eq!(name(own.into()), None);
 }
 
