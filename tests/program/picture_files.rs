@@ -193,7 +193,7 @@ fn impossible_combinations_are_refused() {
         ("-o a.ppm --background transparent", "expected .png"),
         ("-o a.jpg --background transparent", "expected .png"),
         ("-o a.bmp --background transparent", "expected .png"),
-        ("--background black", "scene, transparent"),
+        ("--background blackish", "scene, transparent"),
     ] {
         let arguments: Vec<_> = std::iter::once("a.scn").chain(arguments.split(' ')).collect();
         folder.fails(&arguments, 2, words);
