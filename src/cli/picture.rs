@@ -118,10 +118,21 @@ pub struct Picture {
 }
 
 impl Request {
+    /// Bytes of a pixel in the arrays that are returned.
+    fn array_bytes(&self) -> u64 {
+        let channels = if self.backdrop.is_transparent() { 4 } else { 3 };
+        let of_aov = |which: &AovKind| match which {
+            AovKind::Normal | AovKind::Albedo => 12,
+            AovKind::Mask => 1,
+            AovKind::Depth | AovKind::Z | AovKind::Id | AovKind::Heat | AovKind::Instance => 4,
+        };
+        channels * if self.floats { 4 } else { 1 } + self.aovs.iter().map(of_aov).sum::<u64>()
+    }
+
     /// Which memory a picture takes for each pixel.
     fn pixel_bytes(&self) -> PixelBytes {
         PixelBytes {
-            film: self.backdrop.film_bytes(true),
+            film: self.backdrop.film_bytes(true) + self.array_bytes(),
             exr: false,
             aovs: !self.aovs.is_empty(),
             compared: false,
@@ -174,6 +185,7 @@ pub fn picture(
     };
     let mut picture = write::Picture::new(format, &options);
     picture.render(&mut renderer, &input.camera, &settings, on_progress)?;
+    let color = color(picture, request.floats);
     let aovs = if request.aovs.is_empty() {
         Vec::new()
     } else {
@@ -183,7 +195,7 @@ pub fn picture(
         request.aovs.iter().map(of_kind).collect()
     };
     Ok(Picture {
-        color: color(picture, request.floats),
+        color,
         aovs,
         notes: input.notes,
     })
@@ -228,7 +240,7 @@ fn loaded(
 /// Moves a scene and its camera to a frame.
 fn move_to(input: &mut Input, plan: &InputPlan, frame: u32) -> Result<(), CliError> {
     if input.is_mesh() {
-        let why = "frame: meshes have no frames, only scenes with keyframes: use --animation-time";
+        let why = "frame: meshes have no frames, only scenes with keyframes";
         return Err(CliError::Usage(why.into()));
     }
     let count = input.scene.frame_count();

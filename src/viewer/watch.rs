@@ -55,7 +55,7 @@ impl Reload {
 }
 
 /// Watches files on another thread until the process ends, and loads again what changed since it was read. If the system cannot
-/// watch files, the scene is reloaded only on request.
+/// watch files, the scene is reloaded only on request, if a folder is replaced, or if a file changed while it was loaded.
 pub fn start(
     host: Arc<dyn Host>,
     sources: Sources,

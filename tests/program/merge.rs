@@ -192,7 +192,8 @@ fn tiles_that_do_not_fit_are_refused() {
     tile("alpha.png", "--crop 30,0,61,43 --background transparent");
     tile("other.png", "--crop 20,0,61,43 --view 2");
     tile("srgb.png", "--crop 20,0,61,43 --srgb");
-    tile("layers.png", "--crop 30,0,61,43 --aov normal");
+    tile("layers.png", "--crop 30,0,61,43 --aov normal,z");
+    tile("deep.png", "--crop 0,0,30,43 --aov z --z-step 0.5");
     tile("whole.png", "");
     tile("b.jpg", "--crop 30,0,61,43");
     tile("b.gif", "--crop 30,0,61,43 --turntable 2");
@@ -239,13 +240,14 @@ fn tiles_that_do_not_fit_are_refused() {
             "a.png alpha.png",
             "alpha.png has the channels RGBA, but a.png has the channels RGB",
         ),
-        (
-            "a.png srgb.png",
-            "srgb.png shows sRGB colours, but a.png shows linear colours",
-        ),
+        ("a.png srgb.png", "srgb.png shows sRGB, but a.png shows linear"),
         (
             "a.png layers.normal.png",
-            "layers.normal.png shows normal, but a.png shows linear colours",
+            "layers.normal.png shows normal, but a.png shows linear",
+        ),
+        (
+            "layers.z.png deep.z.png",
+            "deep.z.png shows z 0.5, but layers.z.png shows z 0.001",
         ),
         (
             "a.png other.png",

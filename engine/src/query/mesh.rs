@@ -66,7 +66,7 @@ impl Geometry {
             return Err(QueryError::Coordinate {
                 what: "offset",
                 index,
-                value: f64::from(values[index] as f32),
+                value: values[index],
             });
         }
         self.offset += offset;

@@ -112,10 +112,12 @@ fn same_corners(a: [u32; 3], b: [u32; 3]) -> bool {
 
 /// What tells which pieces, whose triangles agree with their neighbours, face the wrong way.
 struct Pieces {
-    /// Edges at which two pieces face opposite ways: their triangles.
+    /// Edges at which two triangles face opposite ways: the roots of their pieces.
     disputed: Vec<[u32; 2]>,
     /// Edges at the border of each piece, by its root.
     border: Vec<u32>,
+    /// Those of them that are disputed with another piece.
+    disputes: Vec<u32>,
 }
 
 fn inverted(corners: &[[u32; 3]], has_area: impl Fn(usize) -> bool + Sync) -> usize {
@@ -134,7 +136,7 @@ fn inverted(corners: &[[u32; 3]], has_area: impl Fn(usize) -> bool + Sync) -> us
     let mut groups = Groups::new(corners.len());
     let pieces = pieces(corners, &edges, &mut groups);
     drop(edges);
-    join_pieces(&pieces, &mut groups);
+    join_pieces(pieces, &mut groups);
     groups.minorities()
 }
 
@@ -160,43 +162,52 @@ fn pieces(corners: &[[u32; 3]], edges: &[Edge], groups: &mut Groups) -> Pieces {
             border[edge.triangle_and_direction as usize / 2] += 1;
         }
     }
-    for &triangle in disputed.as_flattened() {
-        border[triangle as usize] += 1;
-    }
     for i in 0..corners.len() as u32 {
         let (root, _) = groups.root(i);
         if root != i {
             border[root as usize] += std::mem::take(&mut border[i as usize]);
         }
     }
-    Pieces { disputed, border }
+    let mut disputes = vec![0; corners.len()];
+    for triangles in &mut disputed {
+        *triangles = triangles.map(|triangle| groups.root(triangle).0);
+        for &piece in &*triangles {
+            border[piece as usize] += 1;
+            // A one-sided surface (Möbius) contradicts itself.
+            disputes[piece as usize] += u32::from(triangles[0] != triangles[1]);
+        }
+    }
+    Pieces {
+        disputed,
+        border,
+        disputes,
+    }
 }
 
-/// Joins pieces that face opposite ways, unless they only touch, as two open bodies may at one edge: they must share most of
-/// the smaller one's border, or as many edges as the side of a square of its size has.
-fn join_pieces(pieces: &Pieces, groups: &mut Groups) {
-    let mut pairs: Vec<[u32; 2]> = pieces
-        .disputed
-        .iter()
-        .map(|triangles| {
-            let [a, b] = triangles.map(|triangle| groups.root(triangle).0);
-            [a.min(b), a.max(b)]
-        })
-        // A one-sided surface (Möbius) contradicts itself.
-        .filter(|[a, b]| a != b)
-        .collect();
-    pairs.sort_unstable();
-    let mut shared: Vec<(u32, [u32; 2])> = pairs
+/// Joins pieces that face opposite ways, unless they only touch, as two open bodies may at one edge: most of the smaller one's
+/// border must be disputed, or as many edges with the larger one as the side of a square of its size has.
+fn join_pieces(pieces: Pieces, groups: &mut Groups) {
+    let Pieces {
+        mut disputed,
+        border,
+        disputes,
+    } = pieces;
+    for pair in &mut disputed {
+        pair.sort_unstable();
+    }
+    disputed.sort_unstable();
+    let mut shared: Vec<(u64, [u32; 2])> = disputed
         .chunk_by(|a, b| a == b)
-        .map(|edges| (edges.len() as u32, edges[0]))
+        .map(|edges| (edges.len() as u64, edges[0]))
         .filter(|&(count, [a, b])| {
             let smaller = if groups.size[a as usize] < groups.size[b as usize] {
                 a
             } else {
                 b
-            };
-            let (size, border) = (groups.size[smaller as usize], pieces.border[smaller as usize]);
-            2 * u64::from(count) > u64::from(border) || u64::from(count).pow(2) >= u64::from(size)
+            } as usize;
+            let is_inside = 2 * u64::from(disputes[smaller]) > u64::from(border[smaller]);
+            // A square of `count` x `count` quads.
+            a != b && (is_inside || 2 * count.pow(2) >= u64::from(groups.size[smaller]))
         })
         .collect();
     // If pieces contradict each other in a circle, the longest borders decide.

@@ -5,6 +5,7 @@ use super::{
     encode::Format,
     output::Output,
     picture::{Picture, Pixels},
+    place::Shows,
 };
 use crate::{
     cli::{
@@ -146,7 +147,12 @@ impl AovFiles {
             } else {
                 Pixels::Bytes(aov::picture(aovs, which, *range, picture.transfer))
             });
-            own.place = picture.place.map(|place| place.of_aov(which));
+            let shows = match which {
+                AovKind::Albedo => Shows::Albedo(picture.transfer),
+                AovKind::Z => Shows::Z(self.z_step),
+                which => Shows::Aov(which),
+            };
+            own.place = picture.place.map(|place| place.showing(shows));
             file.write(&mut own)?;
         }
         Ok(())

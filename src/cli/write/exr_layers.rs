@@ -2,8 +2,8 @@
 //!
 //! The image crate writes only colours, and blocks in the order in which threads finish, so that bytes vary.
 
-use super::place::{EXR_ATTRIBUTE, Place};
-use crate::render::{Film, Pixel, SOFTWARE};
+use super::place::{EXR_ATTRIBUTE, Place, Shows};
+use crate::render::{Film, Pixel, SOFTWARE, Transfer};
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
     SpecificChannels, Vec2, WritableImage,
@@ -60,7 +60,7 @@ fn attributes(place: Option<Place>) -> LayerAttributes {
     if let Some(place) = place {
         attributes.layer_position = Vec2(place.crop.x0 as i32, place.crop.y0 as i32);
         // EXR files are linear whatever the transfer.
-        let text = Place { srgb: false, ..place }.to_string();
+        let text = place.showing(Shows::Colors(Transfer::Linear)).to_string();
         let text = AttributeValue::Text(text.as_str().into());
         attributes.other.insert(EXR_ATTRIBUTE.into(), text);
     }

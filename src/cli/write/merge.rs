@@ -87,13 +87,18 @@ impl Tile {
 
     /// Whether the tile is of the same picture as `first`, as far as that is known without its pixels.
     fn check_fits(&self, first: &Self) -> Result<(), CliError> {
+        let is_known = self.place.shows.is_some() && first.place.shows.is_some();
         let kinds = [self, first].map(|Self { place, format, .. }| {
             let [width, height] = place.whole;
+            let shows = place
+                .shows
+                .filter(|_| is_known)
+                .map(|shows| format!("shows {shows}"));
             [
                 format!("is {}", format.name()),
                 format!("is of a picture of {width}x{height}"),
                 format!("was rendered with --samples {}", place.samples()),
-                format!("shows {}", place.values()),
+                shows.unwrap_or_default(),
             ]
         });
         match kinds[0]

@@ -11,10 +11,52 @@ use std::fmt;
 pub const PNG_KEYWORD: &str = "Crop";
 /// The name of EXR's attribute.
 pub const EXR_ATTRIBUTE: &str = "octrayCrop";
+const LINEAR: &str = "linear";
 const SRGB: &str = "sRGB";
 
-/// A crop's place in its whole picture, and how many samples its pixels took.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What a file shows, so that tiles of different kinds are not merged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shows {
+    Colors(Transfer),
+    Albedo(Transfer),
+    /// Depth in steps of so many scene units.
+    Z(f64),
+    /// Another AOV.
+    Aov(AovKind),
+}
+
+impl Shows {
+    fn parse(text: &str) -> Option<Self> {
+        if let Some(step) = text.strip_prefix("z ") {
+            return step.parse().ok().map(Self::Z);
+        }
+        Some(match text {
+            LINEAR => Self::Colors(Transfer::Linear),
+            SRGB => Self::Colors(Transfer::Srgb),
+            "linear albedo" => Self::Albedo(Transfer::Linear),
+            "sRGB albedo" => Self::Albedo(Transfer::Srgb),
+            name => Self::Aov(AovKind::ALL.into_iter().find(|aov| aov.name() == name)?),
+        })
+    }
+}
+
+impl fmt::Display for Shows {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = |transfer| match transfer {
+            Transfer::Linear => LINEAR,
+            Transfer::Srgb => SRGB,
+        };
+        match *self {
+            Self::Colors(transfer) => f.write_str(name(transfer)),
+            Self::Albedo(transfer) => write!(f, "{} albedo", name(transfer)),
+            Self::Z(step) => write!(f, "z {step}"),
+            Self::Aov(aov) => f.write_str(aov.name()),
+        }
+    }
+}
+
+/// A crop's place in its whole picture, how many samples its pixels took, and what they show.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     pub crop: Crop,
     /// Width and height of the whole picture, pixels.
@@ -22,10 +64,8 @@ pub struct Place {
     /// Samples a pixel, at most if `adaptive`.
     pub samples: u32,
     pub adaptive: bool,
-    /// Bytes are in sRGB, not linear.
-    pub srgb: bool,
-    /// What the file shows, if not the picture itself.
-    pub aov: Option<AovKind>,
+    /// `None` in files of octray before it was recorded.
+    pub shows: Option<Shows>,
 }
 
 impl Place {
@@ -36,9 +76,16 @@ impl Place {
             whole: [settings.width, settings.height],
             samples: settings.samples,
             adaptive: settings.adaptive,
-            srgb: transfer == Transfer::Srgb,
-            aov: None,
+            shows: Some(Shows::Colors(transfer)),
         })
+    }
+
+    /// The same place of a file that shows something else.
+    pub fn showing(self, shows: Shows) -> Self {
+        Self {
+            shows: Some(shows),
+            ..self
+        }
     }
 
     /// As after `--samples`.
@@ -47,33 +94,11 @@ impl Place {
         format!("{auto}{}", self.samples)
     }
 
-    /// The place of an AOV in a file of its own beside this picture. Only albedo has the picture's transfer.
-    pub fn of_aov(self, aov: AovKind) -> Self {
-        Self {
-            srgb: self.srgb && aov == AovKind::Albedo,
-            aov: Some(aov),
-            ..self
-        }
-    }
-
-    /// The kind of values in the file.
-    pub fn values(self) -> String {
-        let transfer = if self.srgb { "sRGB" } else { "linear" };
-        match self.aov {
-            None => format!("{transfer} colours"),
-            Some(AovKind::Albedo) => format!("{transfer} albedo"),
-            Some(aov) => aov.name().into(),
-        }
-    }
-
     fn parse(text: &str) -> Option<Self> {
         let (place, rest) = text.split_once(", samples ")?;
-        let mut rest = rest.split(", ").peekable();
-        let samples = rest.next()?;
-        let srgb = rest.next_if_eq(&SRGB).is_some();
-        let aov = match rest.next() {
-            None => None,
-            Some(name) => Some(AovKind::ALL.into_iter().find(|aov| aov.name() == name)?),
+        let (samples, shows) = match rest.split_once(", ") {
+            Some((samples, shows)) => (samples, Some(Shows::parse(shows)?)),
+            None => (rest, None),
         };
         let (crop, whole) = place.split_once(" of ")?;
         let number = |text: &str| text.parse::<u32>().ok();
@@ -89,10 +114,9 @@ impl Place {
             whole: [width, height],
             samples: number(most.unwrap_or(samples))?,
             adaptive: most.is_some(),
-            srgb,
-            aov,
+            shows,
         };
-        (rest.next().is_none() && x0 < x1 && y0 < y1 && x1 <= width && y1 <= height).then_some(place)
+        (x0 < x1 && y0 < y1 && x1 <= width && y1 <= height).then_some(place)
     }
 
     /// Adds the place to a picture's bytes, where the encoder has not written it.
@@ -127,18 +151,12 @@ impl Place {
     }
 }
 
-/// `0,0,256,128 of 512x512, samples 16`, then `, sRGB` if not linear, then the AOV's name.
+/// `0,0,256,128 of 512x512, samples 16, sRGB`.
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [width, height] = self.whole;
         write!(f, "{} of {width}x{height}, samples {}", self.crop, self.samples())?;
-        for more in [self.srgb.then_some(SRGB), self.aov.map(AovKind::name)]
-            .into_iter()
-            .flatten()
-        {
-            write!(f, ", {more}")?;
-        }
-        Ok(())
+        self.shows.map_or(Ok(()), |shows| write!(f, ", {shows}"))
     }
 }
 

@@ -65,6 +65,7 @@ fn an_inverted_part_of_a_sheet_is_counted() {
     assert_eq!(sheet(|i| i == 4), 2);
     assert_eq!(sheet(|i| i < 3), 6);
     assert_eq!(sheet(|i| i < 6), 6);
+    assert_eq!(sheet(|i| i / 3 == 1), 6);
 }
 
 /// Two prototypes of one mesh, and the mesh itself.
@@ -87,4 +88,32 @@ fn prototypes_are_no_copies_of_each_other() {
     // One within each prototype; of the meshes that one, and all of the second.
     assert_eq!(faults.duplicate, 1 + 1 + 1 + 4);
     assert_eq!(faults.degenerate, 4);
+}
+
+/// Two squares of `n` x `n` quads in one plane: one of them is turned.
+#[test]
+fn half_of_a_surface_may_be_inverted() {
+    for n in [1, 2, 5, 20] {
+        let across = 2 * n + 1;
+        let vertices = across * (n + 1);
+        let mut triangles = Vec::new();
+        for y in 0..n {
+            for x in 0..2 * n {
+                let a = y * across + x;
+                for [i, j, k] in [[a, a + 1, a + across + 1], [a, a + across + 1, a + across]] {
+                    triangles.push(if x < n { [i, k, j] } else { [i, j, k] }.map(|i| i as u32));
+                }
+            }
+        }
+        let mesh = TriangleMesh {
+            x: (0..vertices).map(|i| (i % across) as f32).collect(),
+            y: (0..vertices).map(|i| (i / across) as f32).collect(),
+            z: vec![0.0; vertices],
+            triangles,
+            ..TriangleMesh::default()
+        };
+        let mut builder = SceneBuilder::new();
+        builder.add_mesh(mesh, MaterialId(1)).expect("a mesh");
+        assert_eq!(builder.finish().mesh_faults().inverted, 2 * n * n, "{n}");
+    }
 }

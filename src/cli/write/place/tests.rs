@@ -13,8 +13,7 @@ const PLACE: Place = Place {
     whole: [61, 43],
     samples: 16,
     adaptive: true,
-    srgb: false,
-    aov: None,
+    shows: None,
 };
 
 #[test]
@@ -22,22 +21,16 @@ fn places_are_read_as_they_are_written() {
     let text = PLACE.to_string();
     assert_eq!(text, "30,0,61,19 of 61x43, samples auto:16");
     assert_eq!(Place::parse(&text), Some(PLACE));
-    for (place, text) in [
-        (
-            Place { srgb: true, ..PLACE },
-            "30,0,61,19 of 61x43, samples auto:16, sRGB",
-        ),
-        (
-            PLACE.of_aov(AovKind::Z),
-            "30,0,61,19 of 61x43, samples auto:16, z",
-        ),
-        (
-            Place { srgb: true, ..PLACE }.of_aov(AovKind::Albedo),
-            "30,0,61,19 of 61x43, samples auto:16, sRGB, albedo",
-        ),
+    for (shows, text) in [
+        (Shows::Colors(Transfer::Linear), "linear"),
+        (Shows::Colors(Transfer::Srgb), "sRGB"),
+        (Shows::Albedo(Transfer::Srgb), "sRGB albedo"),
+        (Shows::Z(0.001), "z 0.001"),
+        (Shows::Aov(AovKind::Normal), "normal"),
     ] {
-        assert_eq!(place.to_string(), text);
-        assert_eq!(Place::parse(text), Some(place));
+        let place = PLACE.showing(shows);
+        assert_eq!(place.to_string(), format!("{PLACE}, {text}"));
+        assert_eq!(Place::parse(&place.to_string()), Some(place));
     }
     for wrong in [
         "",
@@ -49,7 +42,7 @@ fn places_are_read_as_they_are_written() {
         "30,0,61,19 of 61, samples 1",
         "30,0,61,19 of 61x43, samples auto",
         "30,0,61,19 of 61x43, samples 1, sky",
-        "30,0,61,19 of 61x43, samples 1, z, sRGB",
+        "30,0,61,19 of 61x43, samples 1, z, 1",
     ] {
         assert_eq!(Place::parse(wrong), None, "{wrong}");
     }
