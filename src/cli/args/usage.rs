@@ -9,7 +9,7 @@ use clap::{
 use std::{ffi::OsString, path::Path};
 
 /// Options of other renderers, and what octray has instead.
-const ELSEWHERE: [(&[&str], &str); 22] = [
+const ELSEWHERE: [(&[&str], &str); 23] = [
     (
         &[
             "--width",
