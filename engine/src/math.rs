@@ -9,7 +9,7 @@ pub(crate) mod orientation;
 #[doc(hidden)]
 pub mod srgb;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Returns a power of two that scales `size` to near 1, so that squares stay in the range of `f32`. Products with it are
 /// exact. `size` must be from 0 to below 2^127.
@@ -17,6 +17,17 @@ use glam::Vec3;
 #[must_use]
 pub fn scale_to_one(size: f32) -> f32 {
     f32::from_bits((254_u32 << 23).wrapping_sub(size.to_bits() & EXPONENT))
+}
+
+/// Returns a direction whose squares stay in the range of `f64`: the vector itself, unless it is extremely long or short.
+#[must_use]
+pub fn moderate(vector: DVec3) -> DVec3 {
+    let size = vector.abs().max_element();
+    if size == 0.0 || (1e-100..1e100).contains(&size) {
+        vector
+    } else {
+        vector / size
+    }
 }
 
 /// The exponent bits of an `f32`.

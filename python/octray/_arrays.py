@@ -160,11 +160,16 @@ def one_of(name: str, value, names: tuple[str, ...]) -> str | None:
     return value
 
 
+def is_number(value) -> bool:
+    """Return whether a value is one number: no text and no truth value, which numpy would convert."""
+    return np.ndim(value) == 0 and not isinstance(value, (str, bytes, bool, np.bool_)) and getattr(value, "dtype", "") != bool
+
+
 def number(name: str, value, what: str, least: float = -sys.float_info.max, most: float = sys.float_info.max) -> float:
     """Return a finite number."""
     refuse_masked(name, value, what)
     try:
-        if np.ndim(value) != 0 or isinstance(value, (str, bytes, bool, np.bool_)):
+        if not is_number(value):
             raise TypeError
         found = float(value)
     except (TypeError, ValueError, OverflowError):

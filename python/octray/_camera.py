@@ -30,8 +30,9 @@ def camera_rays(
 ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
     """Return the rays of a camera through the centres of a picture's pixels, as the queries of :class:`Mesh` take them.
 
-    They are the rays of ``render(mesh, size, camera)`` with one sample per pixel, without a lens. They take 12 bytes per
-    pixel, 36 if ``ortho`` is given.
+    They are the rays of ``render(mesh, size, camera)`` with one sample per pixel, without a lens, to rounding: the last
+    bit may differ, and with it which triangle is hit exactly at an edge. They take 12 bytes per pixel, 36 if ``ortho`` is
+    given. Ctrl-C ends long calls.
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ def camera_rays(
     mesh
         The mesh to look at. Needed unless the dictionary has ``eye`` and ``target``, or the camera is a viewpoint.
     style, up_axis
-        Those of the picture, if it has any: they change how the mesh is framed.
+        Those of the picture, if it has any: they change how the mesh is framed, and the axis the default ``up``.
 
     Returns
     -------
@@ -132,10 +133,11 @@ def _vector(name, value, count):
         return None
     _arrays.refuse_masked(f"camera: {name}", value, "numbers")
     try:
-        vector = np.asarray(value, dtype=np.float64).ravel()
+        items = (value,) if count == 1 else tuple(value) if np.ndim(value) == 1 else ()
+        vector = np.asarray([float(item) for item in items if _arrays.is_number(item)])
     except (TypeError, ValueError, OverflowError):
-        vector = np.zeros(0)
-    if np.ndim(value) != (count != 1) or vector.shape != (count,) or not np.all(np.isfinite(vector)):
+        items, vector = (), np.zeros(0)
+    if not len(vector) == len(items) == count or not np.all(np.isfinite(vector)):
         what = {1: "a number", 2: f"{', '.join(_SIDES)}, or two angles", 3: "three numbers"}[count]
         what = 'a number, or "fit"' if name == "ortho" else what
         raise ValueError(f"camera: {name} is {value!r}, expected {what}")

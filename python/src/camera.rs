@@ -8,12 +8,18 @@ use crate::{
 };
 use numpy::PyArray2;
 use octray::{
+    QueryError,
     cli::picture::{self, CameraOptions, MeshOptions, Side, StartView},
+    format::mesh::UpAxis,
     glam::DVec3,
-    query::CameraRays,
     scene::{Projection, View},
 };
 use pyo3::prelude::*;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Rays in a band of rows, between two checks for Ctrl-C: a few milliseconds.
+const BAND: u32 = 1 << 18;
 
 /// Where a camera starts: a classic viewpoint, one of the file by name, or an eye.
 #[derive(FromPyObject)]
@@ -41,7 +47,18 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Whether it is the same for every mesh.
+    /// The camera of a picture without a mesh, which would have the `up` axis; as it is where it frames a mesh.
+    fn without_mesh(self, up: UpAxis) -> Self {
+        match self.start {
+            Some(Start::Eye(_)) => Self {
+                up: self.up.or(Some(up.vector().to_array())),
+                ..self
+            },
+            _ => self,
+        }
+    }
+
+    /// Whether it is the same for every mesh with the same up axis.
     fn needs_no_mesh(&self) -> bool {
         match self.start {
             Some(Start::Number(_)) => true,
@@ -110,21 +127,65 @@ pub fn camera_rays<'py>(
         (None, Some(Start::Eye(eye))) => DVec3::from(*eye),
         (None, _) => DVec3::ZERO,
     };
-    let geometry = geometry.filter(|_| !camera.needs_no_mesh());
+    // Framing a large mesh takes time.
+    let is_alone = camera.needs_no_mesh();
+    let geometry = geometry.filter(|_| !is_alone);
+    let camera = if is_alone {
+        camera.without_mesh(shown.up_axis.unwrap_or(UpAxis::Z))
+    } else {
+        camera
+    };
     let pool = match &mesh {
         Some(mesh) => mesh.threads().pool()?,
         None => threads::shared()?,
     };
     let view = camera.options(middle);
-    let found = threads::interruptible(py, |_| {
+    let found = threads::interruptible(py, |cancelled| {
         pool.install(|| {
             let points = geometry.map(|geometry| solid::points(&geometry));
             let camera = picture::camera(points, &view, &shown, size);
-            camera.map(|camera| camera.rays(size[0], size[1]))
+            camera.map(|camera| rays_of(&camera, middle, size, cancelled))
         })
     })?;
-    let CameraRays { origins, directions } = found.map_err(|error| raised(&error))?.map_err(mesh::raised)?;
-    let origins = origins.into_iter().map(|origin| (origin + middle).to_array());
-    let directions = directions.into_iter().map(|direction| direction.to_array());
-    Ok((rows(py, origins.collect())?, rows(py, directions.collect())?))
+    let (origins, directions) = found.map_err(|error| raised(&error))?.map_err(mesh::raised)?;
+    Ok((rows(py, origins)?, rows(py, directions)?))
+}
+
+/// Origins, world space, and directions.
+type Arrays = (Vec<[f64; 3]>, Vec<[f32; 3]>);
+
+/// The rays of a camera that is relative to `middle`, in bands of rows until the call is cancelled.
+fn rays_of(
+    camera: &octray::scene::Camera,
+    middle: DVec3,
+    size: [u32; 2],
+    cancelled: &AtomicBool,
+) -> Result<Arrays, QueryError> {
+    let [width, height] = size;
+    let is_parallel = matches!(camera.view().projection, Projection::Orthographic { .. });
+    let count = width as usize * height as usize;
+    let (mut origins, mut directions) = (Vec::new(), Vec::new());
+    let no_memory = |_| QueryError::NoMemory {
+        what: "the rays of the camera",
+    };
+    origins
+        .try_reserve_exact(if is_parallel { count } else { 1 })
+        .map_err(no_memory)?;
+    directions.try_reserve_exact(count).map_err(no_memory)?;
+    let band = (BAND / width).max(1);
+    for top in (0..height).step_by(band as usize) {
+        if cancelled.load(Ordering::Relaxed) {
+            break;
+        }
+        let rays = camera.rays_of_rows(DVec3::ZERO, size, top..top.saturating_add(band))?;
+        if is_parallel || top == 0 {
+            origins.par_extend(
+                rays.origins
+                    .par_iter()
+                    .map(|&origin| (origin + middle).to_array()),
+            );
+        }
+        directions.par_extend(rays.directions.par_iter().map(|direction| direction.to_array()));
+    }
+    Ok((origins, directions))
 }

@@ -131,7 +131,7 @@ def test_parallel_rays_and_lenses():
         ({"camera": {"ortho": "fit", "fov": 3}}, "fov or ortho"),
         ({"camera": {"ortho": "fit"}}, '"ortho": "fit" applies to meshes only'),
         ({"camera": {"ortho": "fit", "eye": (1, 2, 3)}}, 'give a side as "from"'),
-        ({"background": "green"}, "background: expected scene or transparent"),
+        ({"background": "green"}, "background: expected scene, transparent, white, black, or a colour"),
         ({"background": 0}, "background"),
         ({"dtype": "float64"}, "dtype: expected uint8 or float32"),
         ({"dtype": None}, "dtype"),

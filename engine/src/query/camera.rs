@@ -4,6 +4,7 @@ use super::{QueryError, Rays};
 use crate::scene::{Camera, MAX_SIDE_SAMPLES};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// The rays through the centres of a picture's pixels, row by row from the top left, world space.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,6 +57,20 @@ impl Camera {
     /// # Errors
     /// As [`Self::rays`].
     pub fn rays_around(&self, middle: DVec3, width: u32, height: u32) -> Result<CameraRays, QueryError> {
+        self.rays_of_rows(middle, [width, height], 0..height)
+    }
+
+    /// As [`Self::rays_around`], for some rows of a picture of `width` x `height` pixels, so that a caller can stop between
+    /// two parts of a large one. Rows below the picture are left out.
+    ///
+    /// # Errors
+    /// As [`Self::rays`].
+    pub fn rays_of_rows(
+        &self,
+        middle: DVec3,
+        [width, height]: [u32; 2],
+        rows: Range<u32>,
+    ) -> Result<CameraRays, QueryError> {
         if width.max(height) > MAX_SIDE_SAMPLES {
             return Err(QueryError::TooMany {
                 what: "pixels along a side",
@@ -63,7 +78,8 @@ impl Camera {
             });
         }
         let eye = self.view().eye;
-        if width == 0 || height == 0 {
+        let rows = rows.start..rows.end.min(height);
+        if width == 0 || rows.is_empty() {
             return Ok(CameraRays {
                 origins: vec![eye],
                 directions: Vec::new(),
@@ -71,8 +87,11 @@ impl Camera {
         }
         let pinhole = self.without_lens();
         let pixels = pinhole.pixel_rays_by(|point| (point - middle).as_vec3(), [width, height], 1);
-        let at = |i: usize| [i % width as usize, i / width as usize].map(|side| side as u32);
-        let count = (width as usize).checked_mul(height as usize);
+        let at = |i: usize| {
+            let row = (i / width as usize) as u32;
+            [(i % width as usize) as u32, rows.start + row]
+        };
+        let count = (width as usize).checked_mul(rows.len());
         let origins = match pixels.shared_origin() {
             Some(_) => vec![eye],
             None => filled(count, |i| {

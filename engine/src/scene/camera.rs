@@ -5,6 +5,7 @@ use super::{
     distortion::Inverse,
     pixel_rays::{ThinLens, Undistortion},
 };
+use crate::math;
 use glam::{DVec3, Vec3};
 
 /// The most samples along a side of a picture: sample offsets are integers that must be exact in `f32`.
@@ -57,9 +58,10 @@ impl Camera {
         if !(eye.is_finite() && target.is_finite() && up.is_finite()) {
             return Err(CameraError::NotFinite);
         }
+        let moderate_up = math::moderate(up);
         let half_height = view.projection.half_height()?;
         let forward = (target - eye).try_normalize().ok_or(CameraError::EyeOnTarget)?;
-        let up = up.try_normalize().ok_or(CameraError::UpParallel)?;
+        let up = moderate_up.try_normalize().ok_or(CameraError::UpParallel)?;
         let right = forward.cross(up);
         if right.length() < 1e-9 {
             return Err(CameraError::UpParallel);
@@ -67,7 +69,10 @@ impl Camera {
         let right = right.normalize();
         let focus = view.lens.check(eye.distance(target))?;
         Ok(Self {
-            view: *view,
+            view: View {
+                up: moderate_up,
+                ..*view
+            },
             forward,
             right,
             up: right.cross(forward),
@@ -152,7 +157,7 @@ impl Camera {
         self.view.lens.aperture > 0.0
     }
 
-    /// Returns the parameters of the camera, without its [`ImagePlane`].
+    /// Returns the parameters of the camera, without its [`ImagePlane`]. An extremely long or short up vector is scaled.
     #[must_use]
     pub fn view(&self) -> View {
         self.view

@@ -1,6 +1,7 @@
 //! Camera placement that frames a mesh.
 
 use super::{CameraError, PlacedMesh, TriangleMesh, placed::Points};
+use crate::math;
 use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
 
@@ -55,11 +56,11 @@ impl FitView {
         if let Some(degrees) = self.fov_degrees.filter(|fov| !(*fov > 0.0 && *fov < 180.0)) {
             return Err(CameraError::FieldOfView(degrees));
         }
-        let forward = (-self.towards_viewer)
+        let forward = math::moderate(-self.towards_viewer)
             .try_normalize()
             .ok_or(CameraError::EyeOnTarget)?;
         let right = forward
-            .cross(self.up)
+            .cross(math::moderate(self.up))
             .try_normalize()
             .ok_or(CameraError::UpParallel)?;
         let up = right.cross(forward);
@@ -137,7 +138,9 @@ impl FitView {
     /// # Errors
     /// As [`FitView::fit`].
     pub fn fit_turning_around(&self, meshes: &[PlacedMesh<'_>], reach: f64) -> Result<Fit, CameraError> {
-        let axis = self.up.try_normalize().ok_or(CameraError::UpParallel)?;
+        let axis = math::moderate(self.up)
+            .try_normalize()
+            .ok_or(CameraError::UpParallel)?;
         let (middle, rings) = swept_rings(axis, meshes);
         let fit = self.fit_around(&[PlacedMesh::in_place(&rings)], reach)?;
         // The target is where the line of sight meets the axis.

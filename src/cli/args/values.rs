@@ -3,6 +3,7 @@
 use super::camera::Ortho;
 use crate::{
     cli::plan::{FrameRange, Side},
+    math,
     render::Crop,
     scene::MAX_COORDINATE,
 };
@@ -129,7 +130,7 @@ pub fn vector(text: &str) -> Result<DVec3, String> {
 /// `x,y,z`, which is not the point 0.
 pub fn direction(text: &str) -> Result<DVec3, String> {
     let vector = vector(text)?;
-    match vector.try_normalize() {
+    match math::moderate(vector).try_normalize() {
         Some(_) => Ok(vector),
         None => Err("expected a direction x,y,z such as 1,1,0.5, and this has no length".into()),
     }

@@ -4,7 +4,7 @@ use crate::{
     cli::plan::Style,
     error::SceneError,
     format::mesh::{LoadedMesh, Surface, exposed, sphere_around},
-    math::Aabb,
+    math::{self, Aabb},
     scene::{
         Background, Environment, EnvironmentPicture, MAX_COORDINATE, Material, PlacedMesh, Scene,
         SceneBuilder, TriangleMesh,
@@ -72,7 +72,7 @@ impl Rig {
     }
 
     fn add_lights(&self, towards_viewer: DVec3, builder: &mut SceneBuilder) -> Result<(), SceneError> {
-        let towards_viewer = towards_viewer.normalize_or(DVec3::X);
+        let towards_viewer = math::moderate(towards_viewer).normalize_or(DVec3::X);
         let right = self
             .up
             .cross(towards_viewer)

@@ -7,7 +7,8 @@ use octray::{
     accel::Bvh,
     render::{Renderer, Settings},
     scene::{
-        Camera, Distortion, ImagePlane, Lens, MaterialId, Projection, Scene, SceneBuilder, TriangleMesh, View,
+        Camera, Distortion, FitView, ImagePlane, Lens, MaterialId, Projection, Scene, SceneBuilder,
+        TriangleMesh, View,
     },
 };
 use std::ops::ControlFlow;
@@ -200,4 +201,83 @@ fn sizes_are_checked() {
         assert!(matches!(all, Err(QueryError::NoMemory { .. })));
         assert_eq!(camera.rays(1, 1).expect("a ray").directions.len(), 1);
     }
+}
+
+#[test]
+fn rows_are_those_of_the_whole_picture() {
+    let middle = DVec3::new(100.0, -20.0, 3.0);
+    for camera in cameras(middle) {
+        let whole = camera.rays_around(middle, 37, 20).expect("rays");
+        let mut parts = (Vec::new(), Vec::new());
+        for top in (0..20).step_by(7) {
+            let rays = camera.rays_of_rows(middle, [37, 20], top..top + 7).expect("rays");
+            parts.0.extend(rays.origins);
+            parts.1.extend(rays.directions);
+        }
+        if whole.origins.len() == 1 {
+            parts.0.truncate(1);
+        }
+        assert_eq!(parts, (whole.origins, whole.directions));
+        assert!(
+            camera
+                .rays_of_rows(middle, [37, 20], 20..30)
+                .expect("rays")
+                .directions
+                .is_empty()
+        );
+    }
+}
+
+#[test]
+fn up_vectors_have_any_length() {
+    let view = View {
+        eye: DVec3::new(3.0, 2.0, 1.0),
+        target: DVec3::ZERO,
+        up: DVec3::new(1.0, 1.0, 1.0),
+        projection: Projection::DEFAULT,
+        lens: Lens::PINHOLE,
+    };
+    let near = |a: DVec3, b: DVec3| (a - b).length() < 1e-9;
+    let sight = |view: &View| {
+        Camera::new(view)
+            .expect("a camera")
+            .rays(2, 2)
+            .expect("rays")
+            .directions
+    };
+    let fitted = |up| {
+        let view = FitView {
+            towards_viewer: view.eye * up,
+            up: DVec3::Y * up,
+            fov_degrees: Some(40.0),
+            aspect: 1.0,
+        };
+        let mesh = TriangleMesh {
+            x: vec![1.0, 2.0],
+            y: vec![0.0, 3.0],
+            z: vec![2.0, 0.0],
+            ..TriangleMesh::default()
+        };
+        view.fit_turning(&mesh).expect("a fit").eye
+    };
+    for length in [f64::MAX, 1e300, 1e100, 1e-160, 1e-300, 5e-324] {
+        let long = View {
+            up: view.up * length,
+            ..view
+        };
+        let difference = sight(&long)
+            .into_iter()
+            .zip(sight(&view))
+            .map(|(a, b)| (a - b).length());
+        assert!(difference.fold(0.0, f32::max) < 1e-6, "{length:e}");
+        let length = length.clamp(1e-300, 1e300);
+        assert!(near(fitted(length), fitted(1.0)), "{length:e}");
+    }
+    assert!(
+        Camera::new(&View {
+            up: DVec3::ZERO,
+            ..view
+        })
+        .is_err()
+    );
 }
