@@ -81,7 +81,7 @@ def size_of(size) -> tuple[int, int]:
     """Return width and height."""
     sides = _arrays.items(size)
     if sides is None or len(sides) != 2:
-        raise ValueError(f"size: expected a width and a height, found {size!r}")
+        raise ValueError(f"size: expected a width and a height, found {_arrays.shown(size)}")
     width, height = (_arrays.count("size", side, least=1) for side in sides)
     if max(width, height) > _LARGEST:
         raise ValueError(f"size: expected at most {_LARGEST} pixels a side, found {_arrays.shown(sides)}")
@@ -110,13 +110,14 @@ def checked(camera) -> dict[str, Any]:
 def _of_mapping(camera) -> dict[str, Any]:
     for name in camera:
         if name not in _KEYS:
-            raise ValueError(f"camera: expected keys among {', '.join(_KEYS)}, found {name!r}")
+            raise ValueError(f"camera: expected keys among {', '.join(_KEYS)}, found {_arrays.shown(name)}")
     side = camera.get("from")
     side = _vector("from", _SIDES.get(side, side) if isinstance(side, str) else side, 2)
     eye, target, up = (_vector(name, camera.get(name), 3) for name in _KEYS[1:4])
     for name, point in (("eye", eye), ("target", target)):
         if point is not None and max(map(abs, point)) > FARTHEST:
-            raise ValueError(f"camera: {name} is {camera[name]!r}, expected numbers of at most {FARTHEST:g}")
+            found = _arrays.shown(camera[name])
+            raise ValueError(f"camera: {name} is {found}, expected numbers of at most {FARTHEST:g}")
     fits = isinstance(camera.get("ortho"), str) and camera["ortho"] == "fit"
     lens = {name: _vector(name, None if fits and name == "ortho" else camera.get(name), 1) for name in _KEYS[4:]}
     ortho = fits or lens["ortho"]
@@ -140,5 +141,5 @@ def _vector(name, value, count):
     if not len(vector) == len(items) == count or not np.all(np.isfinite(vector)):
         what = {1: "a number", 2: f"{', '.join(_SIDES)}, or two angles", 3: "three numbers"}[count]
         what = 'a number, or "fit"' if name == "ortho" else what
-        raise ValueError(f"camera: {name} is {value!r}, expected {what}")
+        raise ValueError(f"camera: {name} is {_arrays.shown(value)}, expected {what}")
     return vector.tolist()

@@ -54,7 +54,7 @@ def render(
     ----------
     source
         A path; a mesh, whose z axis points up; or a binary file, such as ``io.BytesIO``, whose format is recognised by its
-        content.
+        content. Files that it names are read from the folder of its ``name``, or else from the current one.
     size
         Width and height, pixels.
     camera

@@ -64,9 +64,12 @@ fn without_dashes(word: &str) -> String {
 
 /// The error for Python.
 pub fn raised(error: &CliError) -> PyErr {
-    let text = error
-        .text()
-        .map_or_else(|| "interrupted".to_owned(), |text| in_python(&text));
+    let text = error.text().unwrap_or_else(|| "interrupted".to_owned());
+    let text = match error {
+        // Names of files, which may contain any words.
+        CliError::Load(error) if matches!(error.kind(), LoadErrorKind::Io(_)) => text,
+        _ => in_python(&text),
+    };
     match error {
         CliError::Memory(_) => PyMemoryError::new_err(text),
         CliError::Load(error)
