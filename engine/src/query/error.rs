@@ -66,13 +66,18 @@ pub enum QueryError {
 impl fmt::Display for QueryError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Coordinate { what, index, value } if (*value as f32).is_finite() => write!(
+            // Only of an offset may numbers be above 1e9.
+            Self::Coordinate {
+                what: what @ "offset",
+                index,
+                value,
+            } if value.is_finite() => write!(
                 f,
-                "{what} {index} has the coordinate {value:e}, but numbers above 1e9 are not supported"
+                "{what} {index} has the coordinate {value:e}, which is not finite in single precision"
             ),
             Self::Coordinate { what, index, value } if value.is_finite() => write!(
                 f,
-                "{what} {index} has the coordinate {value:e}, which is not finite in single precision"
+                "{what} {index} has the coordinate {value:e}, but numbers above 1e9 are not supported"
             ),
             Self::Coordinate { what, index, value } => {
                 write!(
