@@ -26,7 +26,7 @@ use std::{
 /// Programs write files in pieces. A change is complete when nothing has followed for this long.
 const QUIET: Duration = Duration::from_millis(120);
 /// How often to look whether folders are still those that are watched: the system tells nothing of the folders above them.
-const LOOK: Duration = Duration::from_secs(1);
+const LOOK: Duration = Duration::from_millis(if cfg!(test) { 250 } else { 1000 });
 
 /// The scene, loaded again, with its starting camera, or the error.
 pub type Reloaded = Result<(Arc<Timeline>, Pose), String>;
