@@ -1,6 +1,7 @@
 //! What a TIFF file says about its first picture. Its decoder takes 32-bit integers for floats and premultiplied colours for
-//! straight ones, and knows no palettes, so these are found here. Of a palette, the decoder reads the indices as grey, from a
-//! copy of the file that says so.
+//! straight ones, and knows no palettes, so these are found here. The decoder reads a palette's indices as grey, from a copy of
+//! the file that calls them grey. Directories are read here, too, because the `tiff` crate opens no file of a kind that it does
+//! not know, and does not say where a number is.
 //!
 //! Format: *TIFF Revision 6.0*, Adobe, 1992; *Adobe Photoshop TIFF Technical Notes 3*, 2005 (floats); BigTIFF, 2007.
 

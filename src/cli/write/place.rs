@@ -19,7 +19,7 @@ const SRGB: &str = "sRGB";
 pub enum Shows {
     Colors(Transfer),
     Albedo(Transfer),
-    /// Depth in steps of so many scene units.
+    /// Depth; the number is the length of a step, scene units.
     Z(f64),
     /// Another AOV.
     Aov(AovKind),

@@ -53,7 +53,7 @@ impl<'a> Directory<'a> {
         if self.is_big { 20 } else { 12 }
     }
 
-    /// An unsigned number of so many bytes.
+    /// The unsigned number in these bytes.
     fn read(&self, at: usize, bytes: usize) -> Option<u64> {
         let number = self.bytes.get(at..at.checked_add(bytes)?)?.iter();
         let add = |number: u64, &byte: &u8| number << 8 | u64::from(byte);
@@ -86,12 +86,12 @@ impl<'a> Directory<'a> {
         Some(Numbers { at, width, count })
     }
 
-    /// How many numbers an entry has; 0 if there is none.
+    /// The count of an entry's numbers; 0 without the entry.
     pub(super) fn count(&self, tag: u16) -> u64 {
         self.numbers(tag).map_or(0, |numbers| numbers.count)
     }
 
-    /// A number of an entry; `None` if it has not so many.
+    /// A number of an entry; `None` if it has fewer.
     pub(super) fn number(&self, tag: u16, index: usize) -> Option<u64> {
         let Numbers { at, width, count } = self.numbers(tag)?;
         let at = at.checked_add(index.checked_mul(width)?)?;

@@ -8,7 +8,7 @@ pub type File = (&'static str, String);
 
 const COMMANDS: &str = "commands.txt";
 const MERGES: &str = "merge.txt";
-/// Of a parameter's default value in Open Job Description, characters.
+/// The longest default value of a parameter in Open Job Description, characters.
 const LONGEST_STRING: usize = 1024;
 
 /// All files of the job.
