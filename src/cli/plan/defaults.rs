@@ -46,7 +46,8 @@ pub fn explained(error: CliError, defaults: &[ConfigDefault]) -> CliError {
 }
 
 /// The same for an error of a plan. If its text names no option, the cause is the option without which the plan succeeds or,
-/// if there is no such option, fails in another way. `planned` plans without the option of an id; `None` if its command line is wrong.
+/// if there is no such option, fails in another way. `planned` plans without the option of an id; `None` if its command line is
+/// wrong.
 pub fn explained_plan(
     error: CliError,
     defaults: &[ConfigDefault],

@@ -46,7 +46,7 @@ impl Backdrop {
         self == Self::Transparent
     }
 
-    /// Bytes of a pixel of the films that it takes; `floats`: without it, they would be floats.
+    /// Bytes of a pixel in all films of a picture. `floats`: the film of the scene's own background has floats.
     pub fn film_bytes(self, floats: bool) -> u64 {
         match self {
             Self::Scene if floats => 12,
