@@ -51,10 +51,7 @@ struct Instanced {
 impl Instancing {
     /// Reads the JSON once more, but only if the file uses the extension.
     pub(super) fn of(text: &[u8], path: &Path) -> Result<Self, LoadError> {
-        let is_used = text
-            .windows(EXTENSION.len())
-            .any(|found| found == EXTENSION.as_bytes());
-        if !is_used {
+        if !super::has(text, EXTENSION) {
             return Ok(Self::default());
         }
         let Scene { nodes } = json::deserialize::from_slice(text).map_err(|error| {

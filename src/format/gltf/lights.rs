@@ -103,10 +103,7 @@ impl PunctualLights {
     /// Reads the JSON once more, but only if the file uses the extension.
     pub fn of(text: &[u8]) -> Self {
         // Some exporters forget `extensionsUsed`.
-        if !text
-            .windows(EXTENSION.len())
-            .any(|found| found == EXTENSION.as_bytes())
-        {
+        if !super::has(text, EXTENSION) {
             return Self::default();
         }
         let Ok(Lit { extensions, nodes }) = json::deserialize::from_slice::<Lit>(text) else {

@@ -128,7 +128,7 @@ fn is_cut_away(material: &gltf::Material<'_>, alpha: f32, has_map: bool) -> bool
 
 /// The images of WebP textures by texture, which the gltf crate skips; `text` is the JSON.
 pub(super) fn webp_images(root: &Root, text: &[u8]) -> Vec<Option<u32>> {
-    if !text.windows(WEBP.len()).any(|found| found == WEBP.as_bytes()) {
+    if !super::has(text, WEBP) {
         return Vec::new();
     }
     let file: WebpFile = json::deserialize::from_slice(text).unwrap_or_default();

@@ -37,9 +37,8 @@ struct Targets {
 impl<'d> MorphTargets<'d> {
     /// Reads the JSON once more, but only if the file has targets.
     pub(super) fn of(text: &[u8], path: &Path, document: &'d Document) -> Result<Self, LoadError> {
-        const KEY: &[u8] = b"\"targets\"";
         let mut meshes = Vec::new();
-        if text.windows(KEY.len()).any(|found| found == KEY) {
+        if super::has(text, "\"targets\"") {
             let file: File = json::deserialize::from_slice(text).map_err(|error| {
                 let place = [error.line(), error.column()];
                 LoadError::in_json(path, place, "not valid morph targets", &error.to_string())

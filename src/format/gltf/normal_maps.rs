@@ -15,10 +15,7 @@ pub(super) struct Transforms {
 impl Transforms {
     /// `text` is the JSON.
     pub(super) fn of(text: &[u8]) -> Self {
-        let is_used = text
-            .windows(TRANSFORM.len())
-            .any(|found| found == TRANSFORM.as_bytes());
-        let file: FileOf = if is_used {
+        let file: FileOf = if super::has(text, TRANSFORM) {
             json::deserialize::from_slice(text).unwrap_or_default()
         } else {
             FileOf::default()

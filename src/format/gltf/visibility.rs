@@ -44,10 +44,7 @@ fn visible() -> bool {
 impl Hidden {
     /// Reads the JSON once more, but only if it names the extension.
     pub(super) fn of(text: &[u8]) -> Self {
-        if !text
-            .windows(EXTENSION.len())
-            .any(|found| found == EXTENSION.as_bytes())
-        {
+        if !super::has(text, EXTENSION) {
             return Self(Vec::new());
         }
         let File { nodes } = json::deserialize::from_slice(text).unwrap_or_default();
