@@ -77,7 +77,7 @@ impl Polygons {
                     } else {
                         format!("{line}\n")
                     }
-                    .bytes(),
+                    .into_bytes(),
                 );
                 continue;
             }
@@ -101,7 +101,7 @@ impl Polygons {
                     } else {
                         format!("{line}\n")
                     }
-                    .bytes(),
+                    .into_bytes(),
                 );
                 continue;
             }
@@ -167,8 +167,8 @@ fn ply_of_every_layout() {
     for (count, corners) in [
         (3, [3, 0]),
         (50, [4, 0]),
-        (9_000, [3, 0]),
-        (9_000, [4, 0]),
+        (5_000, [3, 0]),
+        (5_000, [4, 0]),
         (9_000, [3, 4]),
         (500, [0, 5]),
     ] {

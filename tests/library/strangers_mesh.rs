@@ -230,39 +230,39 @@ fn memory_is_counted_before_it_is_taken() {
     };
     let list = "element face 1\nproperty list uint uchar vertex_indices\n";
     let strip = list.replace("face", "tristrips");
-    let large = "0 1 2 ".repeat(250_000);
+    let large = "0 1 2 ".repeat(125_000);
     let texts = [
-        ("face.ply", ply(list) + "750000 " + &large + "\n"),
-        ("strip.ply", ply(&strip) + "750000 " + &large + "\n"),
+        ("face.ply", ply(list) + "375000 " + &large + "\n"),
+        ("strip.ply", ply(&strip) + "375000 " + &large + "\n"),
         // On two lines: not for the fast path.
-        ("lines.ply", ply(list) + "750000\n" + &large + "\n"),
+        ("lines.ply", ply(list) + "375000\n" + &large + "\n"),
         (
             "face.obj",
-            "v 0 0 0\n".repeat(2) + "f" + &" 1 2".repeat(375_000) + "\n",
+            "v 0 0 0\n".repeat(2) + "f" + &" 1 2".repeat(187_500) + "\n",
         ),
         (
             "normals.obj",
-            vertices(3) + &"vn 0 0 1\n".repeat(9) + "f" + &" 1//1 2//5".repeat(187_500),
+            vertices(3) + &"vn 0 0 1\n".repeat(9) + "f" + &" 1//1 2//5".repeat(93_750),
         ),
-        ("faces.obj", vertices(3) + &"f 1 2 3 1\n".repeat(187_500)),
+        ("faces.obj", vertices(3) + &"f 1 2 3 1\n".repeat(93_750)),
         (
             "facet.stl",
-            "solid\nfacet normal 0 0 1 outer loop\n".to_owned() + &"vertex 0 1 2\n".repeat(200_000),
+            "solid\nfacet normal 0 0 1 outer loop\n".to_owned() + &"vertex 0 1 2\n".repeat(100_000),
         ),
     ];
     for (name, text) in texts {
-        let said = within(name, text.as_bytes(), 5 << 20);
+        let said = within(name, text.as_bytes(), 5 << 19);
         assert!(
             said.starts_with(&format!("{name}: loading takes"))
-                && said.ends_with("above the memory limit of 5.0 MiB"),
+                && said.ends_with("above the memory limit of 2.5 MiB"),
             "{name}: {said}"
         );
         let said = within(name, text.as_bytes(), 1 << 30);
         assert!(said == "fits" || name == "facet.stl", "{name}: {said}");
     }
-    let chain: String = (1..=50_000)
+    let chain: String = (1..=25_000)
         .map(|i| format!("vn 1 0 0\nf 1//{i} 2//{i} 3//{i}\n"))
         .collect();
-    let said = within("chain.obj", (vertices(3) + &chain).as_bytes(), 25 << 19);
+    let said = within("chain.obj", (vertices(3) + &chain).as_bytes(), 25 << 18);
     assert!(said.starts_with("chain.obj: loading takes"), "{said}");
 }

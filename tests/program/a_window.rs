@@ -449,7 +449,7 @@ fn benchmarks_are_reported(screen: &Screen) {
     let folder = crate::program::Folder::new();
     let run = screen.run(
         &folder,
-        &["view", "a.scn", "--size=64x64", "--benchmark=0.5", "--json=-"],
+        &["view", "a.scn", "--size=64x64", "--benchmark=0.2", "--json=-"],
     );
     run.succeeded();
     for field in [

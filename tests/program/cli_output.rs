@@ -276,7 +276,7 @@ fn a_closed_pipe_is_no_error_message() {
     let folder = Folder::new();
     // More bytes than a pipe holds, so that the program notices.
     let mut child = folder
-        .command(&["a.scn", "-o", "-", "--size", "6000x6000"])
+        .command(&["a.scn", "-o", "-", "--size", "2000x2000"])
         .spawn()
         .unwrap();
     drop(child.stdout.take());

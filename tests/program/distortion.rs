@@ -168,15 +168,15 @@ fn points_are_where_colmap_projects_them() {
 fn distorted_cameras_have_the_same_pixels_everywhere() {
     for (camera, options) in [
         (
-            "OPENCV 320 240 190 180 150 101.5 -0.3 0.06 0.01 -0.02",
+            "OPENCV 160 120 95 90 75 50.75 -0.3 0.06 0.01 -0.02",
             "--samples 4 --filter tent",
         ),
         (
-            "OPENCV_FISHEYE 320 240 60 60 150 110 0.02 -0.01 0.003 0",
+            "OPENCV_FISHEYE 160 120 30 30 75 55 0.02 -0.01 0.003 0",
             "--samples 4",
         ),
         (
-            "SIMPLE_RADIAL 320 240 150 150 110 -0.4",
+            "SIMPLE_RADIAL 160 120 75 75 55 -0.4",
             "--samples auto:16 --background transparent",
         ),
     ] {
@@ -186,9 +186,9 @@ fn distorted_cameras_have_the_same_pixels_everywhere() {
             ("whole", ""),
             ("scalar", "--mode scalar"),
             ("one", "--threads 1"),
-            ("a", "--crop 0,0,117,240"),
-            ("b", "--crop 117,0,320,131"),
-            ("c", "--crop 117,131,320,240"),
+            ("a", "--crop 0,0,59,120"),
+            ("b", "--crop 59,0,160,66"),
+            ("c", "--crop 59,66,160,120"),
         ] {
             folder
                 .run_line(&format!("{scene} {more} -o {name}.png"))

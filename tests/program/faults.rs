@@ -408,7 +408,7 @@ fn the_time_of_day_may_jump() {
         &["a.scn", "--size", "100x100", "--stats", "-o", "c.png"][..],
         &["verify", "--rays", "20000"],
         &["verify", "--seconds", "1"],
-        &["bench", "a.scn", "--frames", "2"],
+        &["bench", "a.scn", "--frames", "2", "--size", "64x64"],
     ] {
         let run = jumping(arguments);
         assert_eq!(run.code, Some(0), "{arguments:?}: {run:?}");

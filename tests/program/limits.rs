@@ -117,7 +117,7 @@ fn any_limit_on_the_address_space() {
     write_mesh(&folder, "mesh.ply", 300_000);
     folder.write("mesh.scn", "light 1 2 3 1\nply_file mesh.ply\n");
     let (mut made, mut said) = (0, 0);
-    for kibibytes in (100_000..=500_000).step_by(40_000) {
+    for kibibytes in (100_000..=500_000).step_by(rounds(80_000, 40_000)) {
         let script = format!("ulimit -v {kibibytes}; exec \"$0\" mesh.scn --size 64x64 --quiet");
         let run = folder.shell(&script);
         match run.code {

@@ -96,9 +96,9 @@ fn ctrl_c_stops_a_loop_of_the_shell() {
 #[test]
 fn a_signal_while_generating_leaves_no_partial_file() {
     let folder = Folder::new();
-    for wait in [100, 400, 1200] {
+    for wait in [50, 200, 600] {
         let child = folder
-            .command(&["generate", "terrain", "--count", "2000000"])
+            .command(&["generate", "terrain", "--count", "1000000"])
             .spawn()
             .unwrap();
         sleep(Duration::from_millis(wait));

@@ -94,12 +94,12 @@ fn material_libraries() {
 #[test]
 fn meshes_above_the_memory_limit() {
     let folder = Folder::new();
-    let corners = [&9_000_000_u32.to_le_bytes()[..], &[0, 1, 2].repeat(3_000_000)].concat();
+    let corners = [&4_500_000_u32.to_le_bytes()[..], &[0, 1, 2].repeat(1_500_000)].concat();
     fs::write(folder.path("face.ply"), ply("uint", 1, &corners)).unwrap();
-    folder.write("face.obj", &(vertices(3) + "f" + &" 1 2".repeat(2_500_000)));
-    folder.write("faces.obj", &(vertices(3) + &"f 1 2 3\n".repeat(1_500_000)));
+    folder.write("face.obj", &(vertices(3) + "f" + &" 1 2".repeat(1_250_000)));
+    folder.write("faces.obj", &(vertices(3) + &"f 1 2 3\n".repeat(750_000)));
     for name in ["face.ply", "face.obj", "faces.obj"] {
-        let call = Call::new(&folder, &["info", name]).within(50);
+        let call = Call::new(&folder, &["info", name]).within(25);
         call.refused(&format!("{name}: "));
     }
 }

@@ -72,7 +72,7 @@ fn signals_are_heard_whatever_is_in_hand() {
         ("large.obj --smooth-angle 180 --size 8192x8192 -o a.exr", "-TERM"),
         ("info large.obj", "-INT"),
     ] {
-        for milliseconds in [60, 300] {
+        for milliseconds in [60, 200] {
             let arguments: Vec<&str> = arguments.split(' ').collect();
             let mut child = folder.command(&arguments).spawn().unwrap();
             std::thread::sleep(Duration::from_millis(milliseconds));
@@ -140,10 +140,10 @@ fn in_any_address_space(folder: &Folder, limits: [u32; 4], commands: &[&str]) {
 #[test]
 fn any_address_space_with_any_command() {
     let folder = Folder::new();
-    large(&folder, "large.obj", rounds(40_000, 150_000));
+    large(&folder, "large.obj", rounds(20_000, 150_000));
     folder.write("mesh.scn", "light 1 2 3 1\nmesh large.obj\n");
     // Loading the mesh is refused, then building its BVH; then an allocation fails; then all is well.
-    let limits = [70_000, 85_000, 180_000, 600_000];
+    let limits = [69_000, 75_000, 180_000, 600_000];
     in_any_address_space(
         &folder,
         limits,

@@ -38,13 +38,13 @@ pub fn is_shown(screen: &Screen) {
 
 /// A scene that changes while it is loaded is loaded again, and so is a file in a folder that takes another one's place.
 pub fn takes_the_last_change(screen: &Screen) {
-    // Reading takes a second or so; the lights come last.
+    // Reading takes a quarter of a second or so; the lights come last.
     let mut scene = String::from("include folder/inc.txt\nmaterial 1\n");
-    for i in 0..200_000 {
+    for i in 0..80_000 {
         scene += &format!(
             "sphere {} {} 0.5 0.01\n",
-            f64::from(i % 447) / 200.0 - 1.0,
-            f64::from(i / 447) / 200.0 - 1.0
+            f64::from(i % 283) / 140.0 - 1.0,
+            f64::from(i / 283) / 140.0 - 1.0
         );
     }
     let mut viewer = Viewer::open(screen, SIZE, &["--view=1", "--samples=1"]);
@@ -62,7 +62,7 @@ pub fn takes_the_last_change(screen: &Screen) {
     viewer.write("a.scn", &scene);
     // The new file is read while its folder is not watched yet.
     for radius in [0.4, 0.5, 0.6, 0.7] {
-        thread::sleep(Duration::from_millis(100));
+        thread::sleep(Duration::from_millis(40));
         included("folder", radius);
     }
     shows_the_file("the last change");

@@ -1,7 +1,10 @@
 //! Meshes in the window.
 
-use super::{BELOW_MESSAGE, SIZE, Screen, Viewer, difference, keep, wait_for};
+use super::{BELOW_MESSAGE, Screen, Viewer, difference, keep, wait_for};
 use crate::long::is_long;
+
+/// As wide as messages need, and low: soft light takes long without optimisation.
+const SIZE: [u32; 2] = [200, 80];
 
 /// In each style, and with options of its own, the picture at rest is what the printed command makes, and what is saved.
 /// `OCTRAY_LONG=1` adds 64 samples by brute force.

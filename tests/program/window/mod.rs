@@ -211,10 +211,12 @@ impl<'a> Viewer<'a> {
         let mut last = self.last_shot.borrow_mut();
         let [width, height] = self.size;
         if last.bytes != bytes || last.picture.dimensions() != (width, height) {
-            let rgb = bytes
-                .chunks_exact(4)
-                .flat_map(|pixel| [pixel[2], pixel[1], pixel[0]]);
-            last.picture = RgbImage::from_raw(width, height, rgb.collect()).unwrap();
+            // A loop, because iterators of bytes are slow without optimisation.
+            last.picture = RgbImage::new(width, height);
+            for (rgb, pixel) in last.picture.chunks_exact_mut(3).zip(bytes.chunks_exact(4)) {
+                rgb.copy_from_slice(&pixel[..3]);
+                rgb.swap(0, 2);
+            }
             last.bytes = bytes;
         }
         last.picture.clone()
