@@ -362,13 +362,14 @@ fn ignored_defaults() {
     );
     folder.write("e.toml", "sheet = 2\n");
     for name in ["c", "d", "e"] {
-        let job = format!("job a.scn -s 8x6 -o a.png --for slurm --into {name} --config {name}.toml");
+        let job =
+            format!("job a.scn -s 8x6 -o a.png --tiles 2x2 --for slurm --into {name} --config {name}.toml");
         folder.run_line(&job).succeeded();
         run_lines(&folder, &format!("{name}/commands.txt"));
         run_lines(&folder, &format!("{name}/merge.txt"));
     }
     assert!(read(&folder, "d/commands.txt").starts_with(
-        "octray render --no-config --quiet --skip-existing --size=8x6 --samples=4 --crop='0,0,2,1' "
+        "octray render --no-config --quiet --skip-existing --size=8x6 --samples=4 --crop='0,0,4,3' "
     ));
     let job = "job a.scn --for slurm --into f --config c.toml --json y.json";
     folder.fails(&job.split(' ').collect::<Vec<_>>(), 2, "--json cannot be used");
