@@ -11,6 +11,8 @@ mod highlight;
 pub(super) mod names;
 
 pub(super) use highlight::Highlight;
+#[cfg(feature = "gltf")]
+pub(super) use highlight::STRONGEST;
 
 use super::{
     OpenMesh,
@@ -257,17 +259,17 @@ pub(super) struct Decoded {
     pub(super) images: Vec<Image>,
     /// Which of the encoded images had an alpha below 1 that is not shown.
     pub(super) lost_alpha: Vec<usize>,
-    /// The mean strength of highlights in images made of roughness, in 255ths.
+    /// The mean smoothness of images made of roughness, in 255ths.
     #[cfg_attr(not(feature = "gltf"), allow(dead_code, reason = "only glTF has such images"))]
-    pub(super) strengths: Vec<Option<u8>>,
+    pub(super) smoothness: Vec<Option<u8>>,
 }
 
 /// A decoded image.
 pub(super) struct Made {
     image: Image,
     loses_alpha: bool,
-    /// See [`Decoded::strengths`].
-    strength: Option<u8>,
+    /// See [`Decoded::smoothness`].
+    smoothness: Option<u8>,
 }
 
 /// Decodes the used images; `path` is the mesh's. The specular map of a surface with a value in `highlights`, by its index, is
@@ -296,7 +298,7 @@ pub(super) fn decode(
     };
     let contents: Vec<Content<'_>> = uses.iter().zip(keeps_alpha).map(content).collect();
     let decoded = decoding::all(&encoded, &first, &contents, budget);
-    let (mut images, mut lost_alpha, mut strengths) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut images, mut lost_alpha, mut smoothness) = (Vec::new(), Vec::new(), Vec::new());
     let mut numbers: Vec<Option<u32>> = vec![None; encoded.len()];
     for (i, (encoded, decoded)) in encoded.iter().zip(decoded).enumerate() {
         match (encoded, decoded) {
@@ -304,7 +306,7 @@ pub(super) fn decode(
                 lost_alpha.extend(made.loses_alpha.then_some(uses[i].0 as usize));
                 numbers[i] = Some(images.len() as u32);
                 images.push(made.image);
-                strengths.push(made.strength);
+                smoothness.push(made.smoothness);
             }
             (Some(encoded), Some(Err(reason))) => {
                 let (path, name) = (clip_path(path), clip(&encoded.name));
@@ -323,7 +325,7 @@ pub(super) fn decode(
     Decoded {
         images,
         lost_alpha,
-        strengths,
+        smoothness,
     }
 }
 

@@ -79,7 +79,7 @@ pub(super) fn read(
     }
     let taken = buffers.budget().taken() - before;
     let Decoded {
-        images, strengths, ..
+        images, smoothness, ..
     } = textures::decode(
         &encoded,
         (&mut *surfaces, highlights),
@@ -89,7 +89,7 @@ pub(super) fn read(
     );
     for surface in surfaces {
         let map = surface.textures.specular_map;
-        if let Some(&Some(mean)) = map.and_then(|map| strengths.get(map.image as usize)) {
+        if let Some(&Some(mean)) = map.and_then(|map| smoothness.get(map.image as usize)) {
             // The highlight is as wide as that of the mean.
             surface.alpha = exponent(1.0 - f32::from(mean) / 255.0);
         }

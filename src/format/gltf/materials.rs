@@ -2,7 +2,11 @@
 
 use super::{normal_maps::Transforms, specular, transmission::Through};
 use crate::{
-    format::{left_out::LeftOut, mesh::Surface, textures::Highlight},
+    format::{
+        left_out::LeftOut,
+        mesh::Surface,
+        textures::{Highlight, STRONGEST},
+    },
     math::srgb,
     scene::{CutOut, MAX_EMISSION, Opacity, SurfaceTextures, Texture, Wrap},
 };
@@ -265,7 +269,7 @@ pub(super) fn exponent(roughness: f32) -> u32 {
 
 /// The colour of a highlight; a metal's is its own.
 fn specular(roughness: f32, metallic: f32, diffuse: [f32; 3]) -> [f32; 3] {
-    diffuse.map(|channel| 0.6 * (1.0 - roughness) * (1.0 + metallic * (channel - 1.0)))
+    diffuse.map(|channel| STRONGEST * (1.0 - roughness) * (1.0 + metallic * (channel - 1.0)))
 }
 
 fn emission(material: &gltf::Material<'_>) -> [f32; 3] {
@@ -321,8 +325,8 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
         diffuse = tinted(diffuse, Surface::NEUTRAL.diffuse);
     }
     let specular = match (&roughness_map, rough_shown) {
-        // The map has the rest.
-        (Some(_), Some(_)) => [0.6; 3],
+        // The map has all of it: display values of a product are not those of its factors.
+        (Some(_), Some(_)) => [1.0; 3],
         (Some(_), None) => specular(ROUGHNESS_MAP, metallic, diffuse),
         _ => specular(roughness.clamp(0.1, 1.0), metallic, diffuse),
     };

@@ -170,7 +170,7 @@ fn rgba(header: &Header<'_>) -> Result<RgbaImage, String> {
 
 fn decode(known: &Known<'_>) -> Result<Made, String> {
     let mut image = rgba(&known.header)?;
-    let (mut least_alpha, mut strength) = (u8::MAX, None);
+    let (mut least_alpha, mut smoothness) = (u8::MAX, None);
     match known.content {
         Content::Highlight(highlight, _) => {
             let base = known.base.filter(|_| highlight.shows_metal(&image));
@@ -179,7 +179,7 @@ fn decode(known: &Known<'_>) -> Result<Made, String> {
                 size if size == base.dimensions() => base,
                 (width, height) => imageops::resize(&base, width, height, FilterType::Triangle),
             });
-            strength = Some(highlight.apply(&mut image, base.as_deref().unwrap_or_default()));
+            smoothness = Some(highlight.apply(&mut image, base.as_deref().unwrap_or_default()));
         }
         Content::Colors => {
             for pixel in image.pixels_mut() {
@@ -198,7 +198,7 @@ fn decode(known: &Known<'_>) -> Result<Made, String> {
     Ok(Made {
         image,
         loses_alpha: least_alpha < u8::MAX,
-        strength,
+        smoothness,
     })
 }
 

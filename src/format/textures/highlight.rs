@@ -3,6 +3,10 @@
 #[cfg(feature = "textures")]
 use crate::math::srgb;
 
+/// How strong the highlight of a perfectly smooth surface is.
+#[cfg(any(feature = "gltf", feature = "textures"))]
+pub(in crate::format) const STRONGEST: f32 = 0.6;
+
 /// What becomes of a map of roughness (green) and metal (blue): highlights are stronger where it is smooth, and have the
 /// surface's colour where it is metal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -60,8 +64,8 @@ impl Highlight {
         self.metallic != 0 && map.chunks_exact(4).any(|texel| texel[2] != 0)
     }
 
-    /// Turns a map, RGBA, into highlights. `base` are the texels of the base colour, as many, or none. Returns the mean of
-    /// the strengths.
+    /// Turns a map, RGBA, into the colours of highlights, display values. `base` are the texels of the base colour, as many,
+    /// or none. Returns the mean smoothness, in 255ths.
     #[cfg(feature = "textures")]
     pub(super) fn apply(self, map: &mut [u8], base: &[u8]) -> u8 {
         let [roughness, metallic] = [self.roughness, self.metallic].map(f32::from_bits);
@@ -73,15 +77,15 @@ impl Highlight {
         let mut sum = 0;
         for (i, texel) in map.chunks_exact_mut(4).enumerate() {
             let rough = (f32::from(texel[1]) * roughness).clamp(0.1 * 255.0, 255.0);
-            let strength = (255.0 - rough + 0.5) as u8;
+            let smoothness = (255.0 - rough + 0.5) as u8;
             let metal = metallic * f32::from(texel[2]) / 255.0;
             let color = base.get(4 * i..4 * i + 3).unwrap_or(&[u8::MAX; 3]);
             for channel in 0..3 {
                 let tint = 1.0 + metal * (tables[channel][usize::from(color[channel])] - 1.0);
-                texel[channel] = (f32::from(strength) * tint + 0.5) as u8;
+                texel[channel] = (STRONGEST * f32::from(smoothness) * tint + 0.5) as u8;
             }
             texel[3] = u8::MAX;
-            sum += u64::from(strength);
+            sum += u64::from(smoothness);
         }
         let count = map.len() as u64 / 4;
         ((sum + count / 2) / count.max(1)) as u8

@@ -67,9 +67,10 @@ fn roughness_maps() {
             mesh.images[texture.expect("a map").image as usize].mean()
         };
         assert_eq!(mean(textures.base), [10, 200, 30, 255]);
-        let strength = (255.0 - 200.0 * factor + 0.5) as u8;
+        let smoothness = (255.0 - 200.0 * factor + 0.5) as u8;
+        let strength = (0.6 * f32::from(smoothness) + 0.5) as u8;
         assert_eq!(mean(textures.specular_map), [strength, strength, strength, 255]);
-        let exponent = crate::format::gltf::materials::exponent(1.0 - f32::from(strength) / 255.0);
+        let exponent = crate::format::gltf::materials::exponent(1.0 - f32::from(smoothness) / 255.0);
         assert_eq!(mesh.surfaces[0].alpha, exponent);
     }
     // A map that is missing: half as rough.
@@ -102,23 +103,23 @@ fn maps_of_metal() {
     };
     let [base, map] = [r#""baseColorTexture""#, r#""metallicRoughnessTexture""#]
         .map(|name| format!(r#"{name}:{{"index":0,"texCoord":1}}"#));
-    // The same image is the base colour: green 55 is a strength of 200, blue 255 is metal.
+    // The same image is the base colour: green 55 is a smoothness of 200, six tenths of it 120; blue 255 is metal.
     let gold = [230, 55, 255, 255];
-    let strong = [0.6; 3];
+    let strong = [1.0; 3];
     assert_eq!(
         of(gold, &format!("{base},{map}")),
-        (Some([180, 43, 200, 255]), strong)
+        (Some([108, 26, 120, 255]), strong)
     );
     let half = of(gold, &format!(r#"{base},{map},"metallicFactor":0.5"#));
-    assert_eq!(half.0, Some([190, 122, 200, 255]));
+    assert_eq!(half.0, Some([114, 73, 120, 255]));
     let factor = r#""baseColorFactor":[1,0,1,1]"#;
     assert_eq!(
         of(gold, &format!("{factor},{base},{map}")).0,
-        Some([180, 0, 200, 255])
+        Some([108, 0, 120, 255])
     );
-    assert_eq!(of(gold, &format!("{factor},{map}")).0, Some([200, 0, 200, 255]));
+    assert_eq!(of(gold, &format!("{factor},{map}")).0, Some([120, 0, 120, 255]));
     let plain = [230, 55, 0, 255];
-    assert_eq!(of(plain, &format!("{base},{map}")).0, Some([200, 200, 200, 255]));
+    assert_eq!(of(plain, &format!("{base},{map}")).0, Some([120, 120, 120, 255]));
     // Without a map, highlights of a metal are those of the texture.
     let smooth = r#""roughnessFactor":0.5"#;
     assert_eq!(of(gold, &format!("{base},{smooth}")), (Some(gold), [0.3; 3]));
