@@ -18,7 +18,7 @@ use crate::{
             memory,
         },
         plan::{
-            Frame, Job, JsonTarget, Look, RenderPlan, SavedPoses, SheetPlan, explained, is_standard_input,
+            Frame, Job, JsonTarget, Look, RenderPlan, SavedPoses, SheetPlan, explained, is_standard_stream,
             objection,
         },
         process::Interrupt,
@@ -145,7 +145,7 @@ impl Call<'_> {
         if jobs.len() == 1 || !replaces {
             return Ok(());
         }
-        if jobs.iter().any(|job| is_standard_input(&job.input.path)) {
+        if jobs.iter().any(|job| is_standard_stream(&job.input.path)) {
             let why = "standard input cannot be one of several scenes if files are replaced: render it in a call of its own";
             return Err(CliError::Usage(why.into()));
         }

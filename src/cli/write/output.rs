@@ -8,7 +8,7 @@ use super::{
 use crate::{
     cli::{
         CliError,
-        plan::{Origin, PictureOptions, PicturePath, is_standard_input},
+        plan::{Origin, PictureOptions, PicturePath, is_standard_stream},
         report,
     },
     error::clip_path,
@@ -89,7 +89,7 @@ impl Output {
             let name = clip_path(path);
             return Err(CliError::Usage(format!("{name}: write `/` instead of `\\`")));
         }
-        let (name, place, format) = if is_standard_input(path) {
+        let (name, place, format) = if is_standard_stream(path) {
             Self::stdout()?
         } else {
             Self::file(path)?
