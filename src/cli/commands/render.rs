@@ -180,11 +180,7 @@ impl Call<'_> {
         }
         self.write_poses()?;
         self.verdicts.finish()?;
-        match self.skipped {
-            0 => Ok(()),
-            1 => Err(CliError::Failed("1 scene was skipped".into())),
-            count => Err(CliError::Failed(format!("{count} scenes were skipped"))),
-        }
+        report::end(self.skipped)
     }
 
     /// Leaves the places of a job's pictures on the sheet empty.

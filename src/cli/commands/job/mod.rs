@@ -65,11 +65,7 @@ pub fn run(plan: &JobPlan) -> Result<(), CliError> {
     if !plan.render.jobs.is_empty() || skipped.is_empty() {
         write_job(plan)?;
     }
-    match skipped.len() {
-        0 => Ok(()),
-        1 => Err(CliError::Failed("1 scene was skipped".into())),
-        count => Err(CliError::Failed(format!("{count} scenes were skipped"))),
-    }
+    report::end(skipped.len())
 }
 
 fn write_job(plan: &JobPlan) -> Result<(), CliError> {
