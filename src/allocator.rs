@@ -51,9 +51,9 @@ impl Limited {
     }
 }
 
-/// Bytes that an allocation of `size` takes in glibc: with a header of 8 bytes, rounded up to 16.
+/// Bytes that an allocation of `size` takes in glibc: with a header of 8 bytes, rounded up to 16, at least 32.
 fn rounded(size: usize) -> usize {
-    size.saturating_add(8 + 15) & !15
+    (size.saturating_add(8 + 15) & !15).max(32)
 }
 
 /// Smaller allocations would contain hardly any large page.
@@ -63,7 +63,8 @@ const LEAST: usize = 4 << 20;
 fn advise(start: *mut u8, size: usize) {
     #[cfg(target_os = "linux")]
     if !start.is_null() && size >= LEAST {
-        const PAGE: usize = 4096;
+        /// The largest page of any machine, bytes.
+        const PAGE: usize = 1 << 16;
         let lead = start.addr().wrapping_neg() % PAGE;
         let whole_pages = (size - lead) / PAGE * PAGE;
         // SAFETY: the range lies within an allocation of `size` bytes, `lead` < `PAGE` < `size`; this advice changes

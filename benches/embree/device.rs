@@ -43,11 +43,7 @@ impl Buffers {
 
     /// The id of the first primitive of each geometry, by its number.
     fn first_ids(&self) -> [u32; 2] {
-        if self.triangles.is_empty() {
-            [0, 0]
-        } else {
-            [0, self.triangles.len() as u32]
-        }
+        [0, self.triangles.len() as u32]
     }
 }
 

@@ -18,7 +18,7 @@ pub enum Source {
     /// A scene or a mesh, of any format that octray reads.
     File(PathBuf),
     /// A file with a name of its own.
-    Course(PathBuf),
+    Classic(PathBuf),
     /// A generated scene.
     Generated(SuiteScene),
 }
@@ -63,7 +63,7 @@ pub fn suite(blobs: usize) -> Vec<Source> {
     );
     let cow = shared.join("course/framework/cow.scn");
     let source = |scene: SuiteScene| match scene.name {
-        "figurine" if cow.is_file() => Source::Course(cow.clone()),
+        "figurine" if cow.is_file() => Source::Classic(cow.clone()),
         "blobs" => Source::Generated(SuiteScene {
             count: blobs,
             ..scene
@@ -77,7 +77,7 @@ impl Source {
     pub fn name(&self) -> String {
         match self {
             Self::File(path) => path.display().to_string(),
-            Self::Course(path) => path.file_stem().unwrap_or_default().to_string_lossy().into(),
+            Self::Classic(path) => path.file_stem().unwrap_or_default().to_string_lossy().into(),
             Self::Generated(scene) => scene.name.into(),
         }
     }
@@ -87,7 +87,7 @@ impl Source {
     pub fn load(&self, view: &View) -> Result<Input, String> {
         let (scene, camera) = match self {
             Self::Generated(scene) => scene.make().map_err(text)?,
-            Self::Course(path) => (load_file(path)?.0, course_camera(1)?),
+            Self::Classic(path) => (load_file(path)?.0, classic_camera(1)?),
             Self::File(path) => {
                 let (scene, up) = load_file(path)?;
                 let camera = view.camera(&scene, up, path)?;
@@ -107,7 +107,7 @@ fn text(error: impl ToString) -> String {
     error.to_string()
 }
 
-fn course_camera(view: u32) -> Result<Camera, String> {
+fn classic_camera(view: u32) -> Result<Camera, String> {
     Camera::classic_view(view).ok_or_else(|| format!("there is no viewpoint {view}"))
 }
 
@@ -156,11 +156,11 @@ impl View {
     /// Without options: the scene's first camera, or the one in the file's comments (`octray generate` writes one), or the
     /// first classic viewpoint if the scene is where classic scenes are, or a view of the whole scene.
     fn camera(&self, scene: &Scene, up: DVec3, path: &Path) -> Result<Camera, String> {
-        let course_eye = classic::viewpoint(self.viewpoint.unwrap_or(1)).unwrap_or(DVec3::X);
+        let classic_eye = classic::viewpoint(self.viewpoint.unwrap_or(1)).unwrap_or(DVec3::X);
         let look = |eye: DVec3, target: DVec3| Camera::look_at(eye, target, up, self.fov).map_err(text);
         if self.viewpoint.is_some() || self.eye.is_some() || self.target.is_some() {
             return look(
-                self.eye.unwrap_or(course_eye),
+                self.eye.unwrap_or(classic_eye),
                 self.target.unwrap_or(classic::TARGET),
             );
         }
@@ -181,7 +181,7 @@ impl View {
         let size = f64::from(bounds.diagonal());
         let at_home = classic::TARGET.distance(center) < size && (1.0..30.0).contains(&size);
         if at_home && !is_mesh(path) {
-            return look(course_eye, classic::TARGET);
+            return look(classic_eye, classic::TARGET);
         }
         let away = turned(DVec3::new(1.0, -0.8, 0.6).normalize(), up);
         look(center + away * size * 1.2, center)

@@ -47,7 +47,7 @@ def main():
     parser.add_argument("old")
     parser.add_argument("new")
     parser.add_argument("--fail-below", type=float, default=0.0, metavar="SHARE",
-                        help="exit with 5 if a row is below SHARE times its old value")
+                        help="exit with 5 if a row is below SHARE times its old value, or missing")
     arguments = parser.parse_args()
     old, new = load(arguments.old), load(arguments.new)
     # Older files lack some of these.
@@ -70,7 +70,8 @@ def main():
         changes.setdefault((key[0], key[2]), []).append(change)
         note = "" if agrees else "  does not agree"
         print(f"{key[0]:8}{key[1]:20}{key[2]:8}{before:20.2f}{value:8.2f}{change - 1:+9.1%}{speed:13.2f}{note}")
-    for key in old_rows.keys() - new_rows.keys():
+    missing = sorted(old_rows.keys() - new_rows.keys())
+    for key in missing:
         print(f"{key[0]:8}{key[1]:20}{key[2]:8} is only in the old file")
 
     old_builds, new_builds = builds(old), builds(new)
@@ -88,6 +89,9 @@ def main():
         print(f"{kind:8}{method:8}{mean - 1:+8.1%} over {len(factors)}, worst {min(factors) - 1:+.1%}")
     if worst < arguments.fail_below:
         print(f"a row fell to {worst:.2f} of its old value")
+        sys.exit(5)
+    if arguments.fail_below > 0.0 and (missing or not changes):
+        print(f"{len(missing)} rows are missing, {sum(map(len, changes.values()))} were compared")
         sys.exit(5)
 
 

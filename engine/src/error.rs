@@ -148,9 +148,9 @@ pub enum SceneError {
         /// How many materials the scene has.
         materials: usize,
     },
-    /// More primitives, vertices or lights than 32-bit ids can count.
+    /// More of something than octray supports.
     TooMany {
-        /// "primitives", "vertices" or "materials".
+        /// The plural of what it is, such as "vertices" or "keyframes".
         what: &'static str,
         /// The largest number allowed.
         limit: usize,
@@ -162,9 +162,9 @@ pub enum SceneError {
         /// Its limit, in bytes.
         limit: u64,
     },
-    /// Arrays do not fit into memory.
+    /// The system refuses memory.
     NoMemory {
-        /// "triangles".
+        /// What it is for, such as "triangles" or "environment".
         what: &'static str,
     },
     /// A transform makes a body flat, or nearly so.
@@ -261,7 +261,7 @@ impl fmt::Display for SceneError {
                 }
                 write!(f, "at {time}: {why}")
             }
-            Self::NoMemory { what } => write!(f, "the {what} do not fit into memory"),
+            Self::NoMemory { what } => write!(f, "not enough memory for the {what}"),
             Self::ImageSize { width, height, most } => write!(
                 f,
                 "an image of {width}x{height} pixels, expected sides from 1 to {most}"

@@ -6,7 +6,7 @@
 //! recognise.)
 
 use std::{
-    fs::{self, File, OpenOptions, TryLockError},
+    fs::{self, File, OpenOptions, Permissions, TryLockError},
     io::{self, BufWriter, Write},
     path::{Path, PathBuf},
     sync::{Mutex, MutexGuard, PoisonError},
@@ -61,10 +61,7 @@ pub fn write(path: &Path, write: impl FnOnce(&mut BufWriter<&mut File>) -> io::R
         // Renaming over it would ignore the old file's permissions.
         OpenOptions::new().write(true).open(&target)?;
     }
-    let mut temporary = Temporary::beside(&target)?;
-    if let Some(old) = old {
-        temporary.file().set_permissions(old.permissions())?;
-    }
+    let mut temporary = Temporary::beside(&target, old.map(|old| old.permissions()))?;
     let mut out = BufWriter::with_capacity(1 << 16, temporary.file());
     write(&mut out)?;
     out.flush()?;
@@ -107,11 +104,11 @@ pub struct Temporary {
 }
 
 impl Temporary {
-    /// A new file in the folder of `target`, with the permissions of any new file.
+    /// A new file in the folder of `target`, with these permissions or those of any new file.
     ///
     /// # Errors
-    /// If the file cannot be created.
-    pub fn beside(target: &Path) -> io::Result<Self> {
+    /// If the file cannot be created, or given the permissions.
+    pub fn beside(target: &Path, permissions: Option<Permissions>) -> io::Result<Self> {
         let name = target.file_name().unwrap_or_default();
         let hash = fnv_1a(name.as_encoded_bytes());
         for number in 0..MOST_WRITERS {
@@ -121,12 +118,15 @@ impl Temporary {
             let claimed = claim(&path).map_err(|error| said(error, folder_of(target)))?;
             if let Some(file) = claimed {
                 temporaries.push(path.clone());
-                return Ok(Self {
+                drop(temporaries);
+                let this = Self {
                     file,
                     path,
                     target: target.to_path_buf(),
                     is_done: false,
-                });
+                };
+                permissions.map_or(Ok(()), |permissions| this.file.set_permissions(permissions))?;
+                return Ok(this);
             }
         }
         Err(io::Error::other(format!(

@@ -261,12 +261,7 @@ class Mesh:
 
 
 def _thread_count(threads: SupportsIndex | None) -> int | None:
-    if threads is None:
-        return None
-    number = _arrays.count("threads", threads, least=1)
-    if number > _MOST_THREADS:
-        raise ValueError(f"threads: expected at most {_MOST_THREADS}, found {threads}")
-    return number
+    return None if threads is None else _arrays.count_up_to("threads", threads, _MOST_THREADS)
 
 
 def _only_to_read(array: np.ndarray) -> np.ndarray:

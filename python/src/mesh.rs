@@ -4,6 +4,7 @@ use crate::{
     arrays::{RayEnds, Vectors, part_of_all, rows},
     rays::{AskedRays, asked},
     threads::{PART, Pace, SMALL_PART, Threads, Turns, in_parts, interruptible},
+    whole,
 };
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use octray::{
@@ -198,7 +199,6 @@ impl Mesh {
         faces: PyReadonlyArray2<'_, i64>,
         threads: Option<usize>,
     ) -> PyResult<Self> {
-        let threads = Threads::new(threads)?;
         let positions = vertices.rows()?;
         let faces = faces
             .as_slice()
@@ -215,11 +215,9 @@ impl Mesh {
             }
             triangles.push(face.map(|index| index as u32));
         }
-        let pool = threads.pool()?;
-        let built = interruptible(py, |_| {
-            pool.install(|| Geometry::from_triangles(positions, &triangles))
-        })?;
-        Ok(Self::of(built.map_err(raised)?, Arc::new(threads)))
+        whole::built(py, threads, || {
+            Ok(Geometry::from_triangles(positions, &triangles))
+        })
     }
 
     /// A mesh that stays as this one is now, until it is moved itself.

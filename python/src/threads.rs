@@ -7,6 +7,7 @@ use pyo3::{
 };
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use std::{
+    io,
     ops::Range,
     sync::{
         Arc, Mutex, PoisonError,
@@ -162,7 +163,7 @@ pub fn shared() -> PyResult<Arc<ThreadPool>> {
 /// from time to time and ends early.
 ///
 /// # Errors
-/// `KeyboardInterrupt`, or what another signal handler raises.
+/// `KeyboardInterrupt`, or what another signal handler raises; `RuntimeError` if the system refuses the thread.
 pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(&AtomicBool) -> T + Send) -> PyResult<T> {
     let (cancelled, is_done) = (AtomicBool::new(false), AtomicBool::new(false));
     let mut interrupted = Ok(());
@@ -170,13 +171,13 @@ pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(&AtomicBool) -> 
         thread::scope(|scope| {
             let waiting = thread::current();
             let (cancelled, is_done) = (&cancelled, &is_done);
-            let worker = scope.spawn(move || {
+            let worker = thread::Builder::new().spawn_scoped(scope, move || {
                 let done = work(cancelled);
                 // The thread ends a little later than it wakes the waiting one.
                 is_done.store(true, Ordering::Relaxed);
                 waiting.unpark();
                 done
-            });
+            })?;
             // After a panic only the thread's end tells.
             let is_over = || is_done.load(Ordering::Relaxed) || worker.is_finished();
             while !is_over() {
@@ -186,11 +187,12 @@ pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(&AtomicBool) -> 
                     cancelled.store(interrupted.is_err(), Ordering::Relaxed);
                 }
             }
-            worker.join()
+            Ok(worker.join())
         })
     });
     interrupted?;
-    match done {
+    let refused = |error: io::Error| PyRuntimeError::new_err(format!("cannot start a thread: {error}"));
+    match done.map_err(refused)? {
         Ok(done) => Ok(done),
         Err(panic) => std::panic::resume_unwind(panic),
     }

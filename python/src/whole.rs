@@ -12,7 +12,7 @@ use pyo3::{exceptions::PyValueError, prelude::*};
 use std::{path::PathBuf, sync::Arc};
 
 /// Builds a mesh on its threads.
-fn built(
+pub fn built(
     py: Python<'_>,
     threads: Option<usize>,
     build: impl FnOnce() -> PyResult<Result<Geometry, QueryError>> + Send,

@@ -20,7 +20,7 @@ pub enum Method {
     Packet,
     /// Single rays against eight boxes at a time.
     Single,
-    /// The renderer's choice of bundles, packets or single rays.
+    /// The renderer's choice of bundles or single rays.
     Render,
 }
 

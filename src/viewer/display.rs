@@ -7,7 +7,6 @@ use std::{
     os::unix::net::UnixStream,
     path::{Path, PathBuf},
     sync::mpsc,
-    thread,
     time::Duration,
 };
 
@@ -63,7 +62,9 @@ fn answer(name: OsString, runtime: Option<&Path>, patience: Duration) -> Answer 
     };
     let (sender, answers) = mpsc::channel();
     // On a thread, because connecting has no time limit: it waits while the compositor's queue is full.
-    thread::spawn(move || sender.send(greet(&path, patience)));
+    let ask = move || drop(sender.send(greet(&path, patience)));
+    // Without a thread no answer comes.
+    let _ = super::on_thread(ask);
     match answers.recv_timeout(patience) {
         Ok(Ok(true)) => Answer::Yes,
         Ok(Err(error)) if !is_timeout(&error) => Answer::No,

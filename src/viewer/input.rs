@@ -16,7 +16,6 @@ use glam::DMat3;
 use std::{
     ops::ControlFlow as Flow,
     sync::{Arc, PoisonError},
-    thread,
     time::Instant,
 };
 use winit::{
@@ -134,12 +133,15 @@ impl App {
             self.say("looking for objects");
             let timeline = Arc::clone(&self.timeline);
             let (proxy, pose) = (self.proxy.clone(), self.orbit.pose());
-            thread::spawn(move || {
+            let looking = super::on_thread(move || {
                 model.objects();
                 drop(model);
                 // Fails once the window is closed.
                 let _ = proxy.send_event(Event::Objects(timeline, framing, pose));
             });
+            if let Err(why) = looking {
+                self.say(why);
+            }
             return;
         }
         let [width, height] = self.size.map(f64::from);
@@ -222,7 +224,7 @@ impl App {
         request.style.settings.mode = Mode::Packet;
         let samples = request.style.last_samples();
         *writing.lock().unwrap_or_else(PoisonError::into_inner) += 1;
-        thread::spawn(move || {
+        let tracing = super::on_thread(move || {
             let mut painter = Painter::new(&model);
             let go_on = |_| {
                 if shared.has_ended() {
@@ -246,6 +248,10 @@ impl App {
             drop(unsaved);
             let _ = proxy.send_event(Event::Saved(saved));
         });
+        if let Err(why) = tracing {
+            *self.writing.lock().unwrap_or_else(PoisonError::into_inner) -= 1;
+            let _ = self.proxy.send_event(Event::Saved(Err(why)));
+        }
     }
 
     pub(super) fn key(&mut self, event: &KeyEvent, event_loop: &ActiveEventLoop) {

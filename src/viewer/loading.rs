@@ -16,7 +16,6 @@ use std::{
         atomic::{AtomicU64, Ordering},
         mpsc::{self, Receiver},
     },
-    thread,
     time::{Duration, Instant},
 };
 use winit::event_loop::EventLoopProxy;
@@ -136,7 +135,8 @@ pub(super) fn start(
         proxy,
         event: Event::Loading,
     };
-    thread::spawn(move || {
+    // Without a thread the end is reported at once.
+    let _ = super::on_thread(move || {
         let _end = end;
         // Moved, so that even after a panic it is dropped before the end is reported.
         let sender = sender;

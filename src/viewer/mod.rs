@@ -51,9 +51,20 @@ use loading::Loading;
 use pose::Pose;
 use shell::{Event, Shell};
 use sources::Sources;
-use std::{fmt, sync::Arc, time::Duration};
+use std::{fmt, sync::Arc, thread, time::Duration};
 use timeline::Frames;
 use winit::event_loop::{ControlFlow, EventLoop};
+
+/// Runs `work` on another thread.
+///
+/// # Errors
+/// Why the system refuses the thread.
+fn on_thread(work: impl FnOnce() + Send + 'static) -> Result<(), String> {
+    let started = thread::Builder::new().spawn(work);
+    started
+        .map(drop)
+        .map_err(|error| format!("cannot start a thread: {error}"))
+}
 
 /// The largest side of a window, pixels: window systems use signed 16-bit numbers.
 pub const MAX_SIDE: u32 = 32_767;

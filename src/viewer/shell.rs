@@ -182,7 +182,7 @@ impl Shell {
             },
         };
         let app = App::new(self.start.name.clone(), ready, screen, self.proxy.clone());
-        self.app = Some(app.map_err(|error| Some(error.to_string()))?);
+        self.app = Some(app.map_err(Some)?);
         Ok(())
     }
 

@@ -19,7 +19,6 @@ use std::{
         Arc,
         mpsc::{self, Receiver, RecvTimeoutError, Sender},
     },
-    thread,
     time::{Duration, Instant},
 };
 
@@ -56,16 +55,19 @@ impl Reload {
 
 /// Watches files on another thread until the process ends, and loads again what changed since it was read. If the system cannot
 /// watch files, the scene is reloaded only on request, if a folder is replaced, or if a file changed while it was loaded.
+///
+/// # Errors
+/// Why the system refuses the thread.
 pub fn start(
     host: Arc<dyn Host>,
     sources: Sources,
     quality: BuildQuality,
     progress: Loading,
     tell: impl Fn(Reloaded) + Send + 'static,
-) -> Reload {
+) -> Result<Reload, String> {
     let (sender, changes) = mpsc::channel();
     let reload = Reload(sender.clone());
-    thread::spawn(move || {
+    super::on_thread(move || {
         let mut watched = Watched::new(sender);
         watched.add(sources.files);
         let mut is_late = sources.states.have_changed();
@@ -80,8 +82,8 @@ pub fn start(
                 (Arc::new(timeline), pose)
             }));
         }
-    });
-    reload
+    })?;
+    Ok(reload)
 }
 
 /// Files and their folders. Folders are watched because editors replace files.

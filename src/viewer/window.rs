@@ -19,11 +19,10 @@ use super::{
     watch::{self, Reload, Reloaded},
     worker::{self, Note},
 };
-use crate::{ray::SceneHit, scene::CameraError};
+use crate::ray::SceneHit;
 use glam::DMat3;
 use std::{
     sync::{Arc, Mutex, PoisonError},
-    thread,
     time::{Duration, Instant},
 };
 use winit::{
@@ -117,20 +116,21 @@ impl App {
     /// Shows a scene in a window, and begins to trace it.
     ///
     /// # Errors
-    /// [`CameraError`] if the options are not a valid view.
+    /// In words: the options are not a valid view, or the system refuses a thread.
     pub(super) fn new(
         name: String,
         ready: Ready,
         screen: Screen,
         proxy: EventLoopProxy<Event>,
-    ) -> Result<Self, CameraError> {
+    ) -> Result<Self, String> {
         let Ready {
             options,
             timeline,
             sources,
             host,
         } = ready;
-        let orbit = Orbit::new(options.pose, timeline.now().scene.bounds())?;
+        let orbit = Orbit::new(options.pose, timeline.now().scene.bounds());
+        let orbit = orbit.map_err(|error| error.to_string())?;
         let reload = options.benchmark.is_none().then(|| {
             let (proxy, progress) = (proxy.clone(), Loading::again(proxy.clone()));
             let host = Arc::clone(&host);
@@ -139,6 +139,7 @@ impl App {
                 let _ = proxy.send_event(Event::Reloaded(reloaded));
             })
         });
+        let reload = reload.transpose()?;
         let up = Axis::nearest(options.pose.up);
         let settings = options.settings;
         let mut app = Self {
@@ -180,7 +181,7 @@ impl App {
             writing: Arc::default(),
             options,
         };
-        app.begin();
+        app.begin()?;
         Ok(app)
     }
 
@@ -201,14 +202,14 @@ impl App {
         }
     }
 
-    fn begin(&mut self) {
+    fn begin(&mut self) -> Result<(), String> {
         let (shared, proxy, budget) = (Arc::clone(&self.shared), self.proxy.clone(), self.options.budget);
-        thread::spawn(move || {
+        super::on_thread(move || {
             worker::run(&shared, budget, &|note| {
                 // Fails once the window is closed.
                 let _ = proxy.send_event(Event::Worker(note));
             });
-        });
+        })?;
         self.benchmark = self
             .options
             .benchmark
@@ -217,6 +218,7 @@ impl App {
             self.say("press ? for the keys");
         }
         self.ask();
+        Ok(())
     }
 
     pub(super) fn request(&self) -> Request {

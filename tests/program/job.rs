@@ -127,6 +127,30 @@ fn odd_names_and_a_config_file() {
     assert_same(&folder, "a b.exr", "whole.exr");
 }
 
+/// Names that look like options with values are quoted whole.
+#[test]
+fn names_are_no_commands() {
+    let folder = Folder::new();
+    let (scene, into) = ("--$(touch pwned)=a.scn", "--$(touch pwned)=d");
+    fs::copy(folder.path("a.scn"), folder.path(scene)).expect("a scene");
+    let into_option = format!("--into={into}");
+    let job = [
+        "job",
+        "--for=parallel",
+        &into_option,
+        "--size=8x8",
+        "-o",
+        "b.png",
+        "--",
+        scene,
+    ];
+    folder.run(&job).succeeded();
+    for file in ["commands.txt", "merge.txt"] {
+        run_lines(&folder, &format!("{into}/{file}"));
+    }
+    assert!(folder.path("b.png").exists() && !folder.path("pwned").exists());
+}
+
 /// A task that was killed between its files: the AOV exists, the picture does not. QOI files are not marked.
 #[test]
 fn aovs_of_a_killed_task() {

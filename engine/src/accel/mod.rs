@@ -58,7 +58,6 @@ pub struct Bvh {
     nodes: Vec<Node8>,
     triangle_blocks: TriangleBlocks,
     sphere_blocks: Vec<SphereBlock>,
-    root: Child,
     stats: BvhStats,
     binary: OnceLock<BinaryBvh>,
     /// The hierarchies of instances and prototypes, if the scene has instances.
@@ -133,11 +132,7 @@ impl Bvh {
     /// As [`Bvh::build`].
     #[must_use]
     pub fn build_watched(scene: &Scene, quality: BuildQuality, on_build: OnBuild<'_>) -> Self {
-        let steps = Steps::of(scene, on_build);
-        let layout = Layout::for_scene(scene);
-        at_level!(Level::current(), |simd| Self::build_at(
-            simd, scene, quality, layout, &steps
-        ))
+        Self::build_in((scene, quality), Layout::for_scene(scene), on_build)
     }
 
     /// Builds a hierarchy with triangles in a given layout, to compare layouts. Both find the same hits.
@@ -146,7 +141,11 @@ impl Bvh {
     /// As [`Bvh::build`].
     #[must_use]
     pub fn build_as(scene: &Scene, quality: BuildQuality, layout: Layout) -> Self {
-        let steps = Steps::of(scene, &|_| ());
+        Self::build_in((scene, quality), layout, &|_| ())
+    }
+
+    fn build_in((scene, quality): (&Scene, BuildQuality), layout: Layout, on_build: OnBuild<'_>) -> Self {
+        let steps = Steps::of(scene, on_build);
         at_level!(Level::current(), |simd| Self::build_at(
             simd, scene, quality, layout, &steps
         ))
@@ -241,7 +240,6 @@ impl Bvh {
             nodes,
             triangle_blocks,
             sphere_blocks,
-            root: Child::inner(0),
             stats,
             binary: OnceLock::new(),
             instanced: None,
@@ -307,7 +305,7 @@ impl Bvh {
     #[inline(always)]
     #[must_use]
     pub fn root(&self) -> Child {
-        self.root
+        Child::inner(0)
     }
 
     /// Returns the hierarchies of instances and prototypes, if the scene has instances.

@@ -15,7 +15,8 @@ pub(super) fn vec<T>(count: usize) -> Vec<T> {
     let column = Vec::with_capacity(count);
     #[cfg(target_os = "linux")]
     if count * size_of::<T>() >= WORTH_IT {
-        const PAGE: usize = 4096;
+        /// The largest page of any machine, bytes.
+        const PAGE: usize = 1 << 16;
         let start = column.as_ptr() as usize;
         let (first, end) = (
             start.next_multiple_of(PAGE),

@@ -116,7 +116,7 @@ fn overlap(boxes: &[ObvhsAabb]) -> f32 {
 /// How far the sides of boxes are jittered, as a fraction of their diagonals.
 const ROUGHNESS: f32 = 1.0 / 4096.0;
 /// The same for boxes that overlap so much that many are inside others.
-const ROUGHNESS_OF_CROWDS: f32 = 1.0 / 16.0;
+const ROUGHNESS_OF_OVERLAPS: f32 = 1.0 / 16.0;
 
 /// Moves each side of a box out by up to `roughness` times its diagonal, by the id. PLOC merges mutually nearest
 /// boxes; with equal distances hardly any two are, and it takes quadratic time.
@@ -158,8 +158,12 @@ pub(super) fn build(boxes: &[Box8]) -> BinaryTree {
             }
         })
         .collect();
-    let crowded = overlap(&boxes) > MAX_OVERLAP;
-    let roughness = if crowded { ROUGHNESS_OF_CROWDS } else { ROUGHNESS };
+    let overlaps = overlap(&boxes) > MAX_OVERLAP;
+    let roughness = if overlaps {
+        ROUGHNESS_OF_OVERLAPS
+    } else {
+        ROUGHNESS
+    };
     boxes
         .par_iter_mut()
         .zip(&ids)
@@ -171,7 +175,7 @@ pub(super) fn build(boxes: &[Box8]) -> BinaryTree {
         SortPrecision::U64,
         3,
     );
-    if !crowded {
+    if !overlaps {
         ReinsertionOptimizer::default().run(&mut bvh, 0.05, None);
     }
     (tree.nodes, tree.leaves) = (bvh.nodes, bvh.primitive_indices);

@@ -396,10 +396,10 @@ impl Geometry {
         self.each_of(rays.into(), |unit, _, hits| self.all_into(unit, limit, hits))
     }
 
-    /// Finds all hits of many rays whose directions are not rounded to `f32`, nor their origins where triangles are farther
-    /// away than a sixth of an origin's distance from the middle of the geometry. Hits are those of exact arithmetic then:
-    /// triangles within rounding error of each other's edges may differ from those of [`Geometry::all_hits_each`]. With `once`,
-    /// one triangle of those that a ray meets at the same edge or vertex.
+    /// Finds all hits of many rays in exact arithmetic. Directions are not rounded to `f32`. Nor are origins, except for
+    /// triangles that are nearer than a sixth of the origin's distance from the middle of the geometry. At edges, within
+    /// rounding error, triangles may differ from those of [`Geometry::all_hits_each`]. With `once`, a ray that meets several
+    /// triangles at one edge or vertex hits one of them.
     #[doc(hidden)]
     #[must_use]
     pub fn exact_hits_each<'r>(

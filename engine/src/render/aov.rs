@@ -7,7 +7,7 @@ use super::{
     Filter, Mode, OnProgress, Pattern, RenderError, Renderer, Settings,
     bands::Bands,
     frame::{FrameContext, TileRect},
-    renderer::{Watch, no_memory},
+    renderer::{TILE, Watch, no_memory},
     sampling::CameraRays,
     tile::generate_rays,
 };
@@ -25,9 +25,6 @@ use crate::{
 use rayon::prelude::*;
 use std::cell::RefCell;
 use thread_local::ThreadLocal;
-
-/// Width and height of a tile, pixels.
-const TILE: [u32; 2] = [128, 16];
 
 /// The output variables of one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,15 +94,11 @@ impl Renderer<'_> {
         pixels.try_reserve_exact(count).map_err(|_| no_memory(window))?;
         pixels.resize(count, Aov::MISS);
         let scratch = ThreadLocal::new();
-        let mut render = || {
+        self.on_threads(settings.threads, |_| {
             Bands::new(&mut pixels, window.width(), TILE[1])
                 .in_turn()
                 .for_each(|(y, band)| render_band(&scratch, &context, y, band, costs, &watch));
-        };
-        match self.pool(settings.threads)? {
-            Some(pool) => pool.install(render),
-            None => render(),
-        }
+        })?;
         watch.finish()?;
         Ok(Aovs {
             width: window.width(),
@@ -186,23 +179,12 @@ fn render_band<'a>(
     costs: bool,
     watch: &Watch<'_>,
 ) {
-    let (width, height) = (context.window.width(), context.window.height());
-    for x in (0..width).step_by(TILE[0] as usize) {
-        if watch.is_cancelled() {
-            return;
-        }
-        let rect = TileRect {
-            x,
-            y,
-            width: TILE[0].min(width - x),
-            height: TILE[1].min(height - y),
-        };
+    watch.tiles(context.window, y, |rect| {
         scratch
             .get_or(|| RefCell::new(AovScratch::new(context)))
             .borrow_mut()
             .render_tile(context, rect, band, costs);
-        watch.done(u64::from(rect.width) * u64::from(rect.height));
-    }
+    });
 }
 
 impl Aov {

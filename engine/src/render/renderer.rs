@@ -25,7 +25,7 @@ use thread_local::ThreadLocal;
 
 /// Width and height of a tile, pixels. A thread takes a band of tiles, whole rows of the film, so low tiles balance the
 /// load.
-const TILE: [u32; 2] = [128, 16];
+pub(super) const TILE: [u32; 2] = [128, 16];
 
 /// Renders frames of one scene and keeps its threads and their queues.
 ///
@@ -93,11 +93,10 @@ impl<'a> Renderer<'a> {
         let window = settings.window();
         film.try_resize(window.width(), window.height())
             .map_err(|_| no_memory(window))?;
-        self.pool = self.pool_for(settings.threads)?;
-        let (rays, tile_times) = match &self.pool {
-            Some(pool) => pool.install(|| self.bands(camera, settings, film, on_progress)),
-            None => self.bands(camera, settings, film, on_progress),
-        }?;
+        let rendered = self.on_threads(settings.threads, |this| {
+            this.bands(camera, settings, film, on_progress)
+        })?;
+        let (rays, tile_times) = rendered?;
         Ok(FrameStats {
             rays,
             elapsed: start.elapsed(),
@@ -117,10 +116,17 @@ impl<'a> Renderer<'a> {
         (self.scene, self.bvh)
     }
 
-    /// Returns a pool of `threads` threads, kept for the next frame; `None` for the current pool.
-    pub(super) fn pool(&mut self, threads: Option<usize>) -> Result<Option<&ThreadPool>, RenderError> {
+    /// Does `work` on a pool of `threads` threads, kept for the next frame, or on the current pool.
+    pub(super) fn on_threads<T: Send>(
+        &mut self,
+        threads: Option<usize>,
+        work: impl FnOnce(&Self) -> T + Send,
+    ) -> Result<T, RenderError> {
         self.pool = self.pool_for(threads)?;
-        Ok(self.pool.as_ref())
+        Ok(match &self.pool {
+            Some(pool) => pool.install(|| work(self)),
+            None => work(self),
+        })
     }
 
     /// Returns the last frame's pool if it has `threads` threads, else a new one; `None` for the current pool.
@@ -198,25 +204,14 @@ impl<'a> Renderer<'a> {
         band: &mut [P],
         watch: &Watch<'_>,
     ) -> (RayCounts, TileTimes) {
-        let (width, height) = (context.window.width(), context.window.height());
         let mut counts = (RayCounts::default(), TileTimes::default());
-        for x in (0..width).step_by(TILE[0] as usize) {
-            if watch.is_cancelled() {
-                break;
-            }
-            let rect = TileRect {
-                x,
-                y,
-                width: TILE[0].min(width - x),
-                height: TILE[1].min(height - y),
-            };
+        watch.tiles(context.window, y, |rect| {
             let tile_counts = match context.settings.mode {
                 Mode::Packet => self.scratch().borrow_mut().render(context, rect, band),
                 Mode::Scalar => (scalar::render_tile(context, rect, band), TileTimes::default()),
             };
             counts = (counts.0 + tile_counts.0, counts.1 + tile_counts.1);
-            watch.done(u64::from(rect.width) * u64::from(rect.height));
-        }
+        });
         counts
     }
 }
@@ -248,8 +243,22 @@ impl<'a> Watch<'a> {
         }
     }
 
-    pub fn is_cancelled(&self) -> bool {
-        self.cancelled.load(Ordering::Relaxed)
+    /// Calls `render` with the tiles of a band, the window's rows from `y` on, until the frame is cancelled.
+    pub fn tiles(&self, window: Crop, y: u32, mut render: impl FnMut(TileRect)) {
+        let (width, height) = (window.width(), window.height());
+        for x in (0..width).step_by(TILE[0] as usize) {
+            if self.cancelled.load(Ordering::Relaxed) {
+                return;
+            }
+            let rect = TileRect {
+                x,
+                y,
+                width: TILE[0].min(width - x),
+                height: TILE[1].min(height - y),
+            };
+            render(rect);
+            self.done(u64::from(rect.width) * u64::from(rect.height));
+        }
     }
 
     /// # Errors
@@ -262,7 +271,7 @@ impl<'a> Watch<'a> {
     }
 
     /// Reports finished pixels.
-    pub fn done(&self, pixels: u64) {
+    fn done(&self, pixels: u64) {
         let progress = Progress {
             pixels_done: self.pixels_done.fetch_add(pixels, Ordering::Relaxed) + pixels,
             pixels_total: self.pixels_total,

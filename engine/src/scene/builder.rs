@@ -113,8 +113,8 @@ impl Default for SceneBuilder {
     }
 }
 
-/// Checks that `[triangles, spheres, positions + normals + colours + texture coordinates]` and the build of their BVH fit into `limit` bytes. Counts fit
-/// into 32 bits each, so no sum overflows.
+/// Checks that `[triangles, spheres, positions + normals + colours + texture coordinates]` and the build of their BVH fit
+/// into `limit` bytes. Counts fit into 32 bits each, so no sum overflows.
 ///
 /// # Errors
 /// [`SceneError::OverLimit`].
@@ -355,8 +355,8 @@ impl SceneBuilder {
         }
     }
 
-    /// Checks the limits of counts and memory before adding this many more. `vectors`: the total number of normals and
-    /// colours afterwards.
+    /// Checks the limits of counts and memory before adding this many more. `vectors`: the total number of normals,
+    /// colours and texture coordinates afterwards.
     fn check_limits(
         &self,
         [triangles, spheres, vertices]: [usize; 3],

@@ -95,9 +95,7 @@ impl EnvironmentPicture {
             };
         }
         let (mut rows, mut columns) = (Vec::new(), Vec::new());
-        let no_memory = |_| SceneError::NoMemory {
-            what: "the environment",
-        };
+        let no_memory = |_| SceneError::NoMemory { what: "environment" };
         rows.try_reserve_exact(height).map_err(no_memory)?;
         columns.try_reserve_exact(texels.len()).map_err(no_memory)?;
         let mut picture = Self {

@@ -124,16 +124,8 @@ impl FitView {
         })
     }
 
-    /// Returns a fit for a turntable: every vertex stays visible while the camera turns about the up axis through the
-    /// target, which is on the axis through the middle of the mesh's box.
-    ///
-    /// # Errors
-    /// [`CameraError`] if these directions do not define a view.
-    pub fn fit_turning(&self, mesh: &TriangleMesh) -> Result<Fit, CameraError> {
-        self.fit_turning_around(&[PlacedMesh::in_place(mesh)], 0.0)
-    }
-
-    /// As [`FitView::fit_turning`], for several meshes as in [`FitView::fit_around`].
+    /// As [`FitView::fit_around`], for a turntable: every vertex stays visible while the camera turns about the up axis
+    /// through the target, which is on the axis through the middle of the meshes' box.
     ///
     /// # Errors
     /// As [`FitView::fit`].

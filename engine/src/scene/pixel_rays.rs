@@ -216,14 +216,6 @@ impl PixelRays {
         self.toward(Portable, self.offsets(x, y, sample))
     }
 
-    /// Returns the unit direction from a pinhole through the point that is `right` and `up` half pixels from the pixel's
-    /// centre, or 0 as [`Self::direction`]. Only for one sample per pixel.
-    #[must_use]
-    pub fn direction_offset(&self, x: u32, y: u32, [right, up]: [f32; 2]) -> Vec3 {
-        let (center_right, center_up) = self.offsets(x, y, [0, 0]);
-        self.toward(Portable, (center_right + right, center_up + up))
-    }
-
     /// Returns the unit direction from a pinhole through the point with these offsets, like [`Self::toward8`].
     #[inline(always)]
     fn toward<S: Simd>(&self, simd: S, (right, up): (f32, f32)) -> Vec3 {
@@ -254,8 +246,8 @@ impl PixelRays {
         ))
     }
 
-    /// Returns what [`PixelRays::direction_offset`] returns for pixels as in [`PixelRays::directions8`], or for offset 0
-    /// what [`PixelRays::direction`] returns; without distortion.
+    /// Returns the directions of [`PixelRays::ray_at`] for pixels as in [`PixelRays::directions8`], from a pinhole without
+    /// distortion.
     #[inline(always)]
     pub(crate) fn directions<S: Simd>(
         &self,
@@ -280,8 +272,7 @@ impl PixelRays {
         self.leaving8(simd, self.points(simd, pixel, sample, offset), lens)
     }
 
-    /// Returns what [`PixelRays::direction_offset`] returns for eight pixels anywhere. Only for one sample per pixel and
-    /// without distortion.
+    /// [`Self::directions`] for eight pixels anywhere. Only for one sample per pixel.
     #[inline(always)]
     pub(crate) fn directions_of<S: Simd>(
         &self,

@@ -215,13 +215,11 @@ fn points<S: Simd>(simd: S, scene: &Scene, hits: &Hits8, cache: &mut Option<Cach
     if S::V8::equal_lanes(simd, &hits.primitive, first) == ALL_LANES {
         return match scene.primitive(PrimitiveId(first)) {
             Primitive::Triangle(i) => {
-                if cache.as_ref().is_none_or(|triangle| triangle.triangle_i != i) {
-                    *cache = Some(CachedTriangle::new(simd, scene, i));
-                }
-                match cache {
-                    Some(triangle) => triangles(simd, hits, &triangle.corners, &triangle.facet),
-                    None => distinct_triangles(simd, scene, hits, &hits.primitive),
-                }
+                let triangle = match cache {
+                    Some(triangle) if triangle.triangle_i == i => triangle,
+                    cache => cache.insert(CachedTriangle::new(simd, scene, i)),
+                };
+                triangles(simd, hits, &triangle.corners, &triangle.facet)
             }
             Primitive::Sphere(i) => {
                 let spheres = scene.spheres();

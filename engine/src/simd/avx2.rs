@@ -9,7 +9,7 @@ mod eight;
 mod sort;
 
 use super::{
-    Column, EightLanes, LaneMask, Lanes, Pair, REGISTER_LANES, Simd, TriangleLanes, pair::least_of_rows,
+    Column, EightLanes, LaneMask, Lanes, Pair, REGISTER_LANES, Simd, TriangleLanes, pair::reduced_rows,
 };
 use crate::lanes::{F32x8, LANES};
 use std::{
@@ -320,10 +320,10 @@ impl<T: HasAvx2> TriangleLanes for V8<T> {
     }
     #[inline(always)]
     fn least_of_each(rows: &[Self; REGISTER_LANES]) -> Pair<Self> {
-        least_of_rows(rows, Self::min)
+        reduced_rows(rows, Self::min)
     }
     #[inline(always)]
     fn largest_of_each(rows: &[Self; REGISTER_LANES]) -> Pair<Self> {
-        least_of_rows(rows, Self::max)
+        reduced_rows(rows, Self::max)
     }
 }

@@ -83,13 +83,13 @@ impl Level {
     /// Returns the default level: the highest of this CPU, or the one that was [set](Self::hold) for the process.
     #[must_use]
     pub fn current() -> Self {
-        let [portable, avx2, avx512] = Self::each();
+        let [_, avx2, avx512] = Self::each();
         let highest = match HELD.load(Ordering::Relaxed) {
             1 => None,
             2 => avx2,
             _ => avx512.or(avx2),
         };
-        highest.or(portable).unwrap_or(Self::PORTABLE)
+        highest.unwrap_or(Self::PORTABLE)
     }
 
     /// Makes this the process's default level from now on.

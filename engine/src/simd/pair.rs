@@ -133,11 +133,11 @@ impl<H: Half> LaneMask for PairMask<H> {
 
 /// Returns in lane i all lanes of row i reduced to one, by columns of eight rows.
 #[inline(always)]
-pub(super) fn least_of_rows<V: EightLanes>(rows: &[V; REGISTER_LANES], least: impl Fn(V, V) -> V) -> Pair<V> {
+pub(super) fn reduced_rows<V: EightLanes>(rows: &[V; REGISTER_LANES], of: impl Fn(V, V) -> V) -> Pair<V> {
     let mut halves = [rows[0]; 2];
     for (half, rows) in halves.iter_mut().zip(rows.as_chunks::<LANES>().0) {
         let [a, b, c, d, e, f, g, h] = V::transposed(*rows);
-        *half = least(least(least(a, b), least(c, d)), least(least(e, f), least(g, h)));
+        *half = of(of(of(a, b), of(c, d)), of(of(e, f), of(g, h)));
     }
     Pair(halves)
 }

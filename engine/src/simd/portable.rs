@@ -1,8 +1,7 @@
 //! The portable level: the instructions that the build was compiled for, by `wide`. The only module that uses it.
 
 use super::{
-    Column, EightLanes, LaneMask, Lanes, Pair, REGISTER_LANES, Simd, TriangleLanes, lanes,
-    pair::least_of_rows,
+    Column, EightLanes, LaneMask, Lanes, Pair, REGISTER_LANES, Simd, TriangleLanes, lanes, pair::reduced_rows,
 };
 use crate::{
     lanes::{F32x8, LANES},
@@ -261,11 +260,11 @@ impl TriangleLanes for V8 {
     }
     #[inline(always)]
     fn least_of_each(rows: &[Self; REGISTER_LANES]) -> Pair<Self> {
-        least_of_rows(rows, Self::min)
+        reduced_rows(rows, Self::min)
     }
     #[inline(always)]
     fn largest_of_each(rows: &[Self; REGISTER_LANES]) -> Pair<Self> {
-        least_of_rows(rows, Self::max)
+        reduced_rows(rows, Self::max)
     }
 }
 

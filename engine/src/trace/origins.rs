@@ -215,11 +215,11 @@ impl RayOrigins for Separate {
         _: Limits<V>,
     ) -> u32 {
         let (scratch, candidates) = (tracer.scratch.of_mut::<V>(), &mut tracer.candidates);
-        let (lines, states) = (&scratch.sheared, &mut scratch.packets);
+        let (rays, states) = (&scratch.sheared, &mut scratch.packets);
         let leaf = (leaf.child, leaf.packets);
         simd.call(
             #[inline(always)]
-            || sheared::separate_origins::<B, V, ANY>(simd, blocks, leaf, culling, lines, candidates, states),
+            || sheared::separate_origins::<B, V, ANY>(simd, blocks, leaf, culling, rays, candidates, states),
         )
     }
 }

@@ -9,7 +9,7 @@
 /// Selects a traversal method; all give the same hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// Bundles, packets or single rays, whichever suits the rays.
+    /// Bundles or single rays, whichever suits the rays.
     #[default]
     Adaptive,
     /// One packet at a time, never bundles or single rays.

@@ -81,7 +81,7 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     blocks: LeafBlocks<'_, B>,
     (leaf, packets): (Child, u32),
     culling: &Culling<'_, V>,
-    lines: &[ShearedPacket<V::Memory>; PACKETS],
+    sheared: &[ShearedPacket<V::Memory>; PACKETS],
     candidates: &mut Candidates,
     states: &mut [Packet<V::Memory>; PACKETS],
 ) -> u32 {
@@ -97,7 +97,7 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let edges = Edges::new(&corners);
     let seen = SeenTriangles::new(&corners, &edges, &culling.space);
     let Candidates(candidates) = candidates;
-    let count = filter::<V>(simd, &seen, (leaf.count(), packets), lines, states, candidates);
+    let count = filter::<V>(simd, &seen, (leaf.count(), packets), sheared, states, candidates);
     if count == 0 {
         return 0;
     }
@@ -151,16 +151,16 @@ fn filter<V: Lanes>(
     simd: V::Simd,
     seen: &SeenTriangles<Eight<V>>,
     (triangles, packets): (usize, u32),
-    lines: &[ShearedPacket<V::Memory>; PACKETS],
+    sheared: &[ShearedPacket<V::Memory>; PACKETS],
     states: &[Packet<V::Memory>; PACKETS],
     candidates: &mut [Candidate; PACKETS * LANES],
 ) -> usize {
     let mut count = 0;
     for p in bits(packets) {
         let live = states[p % PACKETS].live::<V>(simd);
-        let lines = lines[p % PACKETS].load::<V>(simd);
+        let rays = sheared[p % PACKETS].load::<V>(simd);
         for i in 0..triangles {
-            let [above, below] = lines.sides(seen, i, live);
+            let [above, below] = rays.sides(seen, i, live);
             candidates[count % (PACKETS * LANES)] = Candidate {
                 above: above.bits() as u16,
                 below: below.bits() as u16,

@@ -62,8 +62,8 @@ fn permissions_and_devices_stay() {
 fn what_others_are_writing_stays_and_what_they_left_goes() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a");
-    let first = Temporary::beside(&path).unwrap();
-    let second = Temporary::beside(&path).unwrap();
+    let first = Temporary::beside(&path, None).unwrap();
+    let second = Temporary::beside(&path, None).unwrap();
     assert_ne!(first.path, second.path);
     let (first_path, second_path) = (first.path.clone(), second.path.clone());
     // As after SIGKILL: the file remains, the lock is gone.
@@ -71,7 +71,7 @@ fn what_others_are_writing_stays_and_what_they_left_goes() {
     let stale = fs::read(&first_path).unwrap();
     drop(first);
     fs::write(&first_path, stale).unwrap();
-    let third = Temporary::beside(&path).unwrap();
+    let third = Temporary::beside(&path, None).unwrap();
     assert_eq!(third.path, first_path);
     assert_eq!(fs::read(&first_path).unwrap(), b"");
     assert!(second_path.exists());
@@ -85,7 +85,7 @@ fn what_others_are_writing_stays_and_what_they_left_goes() {
 fn links_in_the_way_are_not_followed() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a");
-    let name = Temporary::beside(&path).unwrap().path.clone();
+    let name = Temporary::beside(&path, None).unwrap().path.clone();
     fs::write(folder.path().join("other"), "other").unwrap();
     std::os::unix::fs::symlink("other", &name).unwrap();
     write_bytes(&path, b"new");

@@ -4,7 +4,7 @@ use super::limits::MemoryArgs;
 use crate::{
     cli::{
         CliError,
-        plan::{InfoPlan, JsonTarget, is_standard_input},
+        plan::{InfoPlan, JsonTarget, is_standard_stream},
     },
     format,
 };
@@ -31,7 +31,7 @@ impl InfoArgs {
     /// # Errors
     /// [`CliError`].
     pub fn plan(self) -> Result<InfoPlan, CliError> {
-        if !is_standard_input(&self.scene) {
+        if !is_standard_stream(&self.scene) {
             format::check_file(&self.scene)?;
         }
         Ok(InfoPlan {

@@ -3,7 +3,7 @@
 use super::{definition, render::RenderArgs, values};
 use crate::cli::{
     CliError,
-    plan::{Engine, JobPlan, is_standard_input},
+    plan::{Engine, JobPlan, is_standard_stream},
 };
 use clap::{ArgAction, ArgMatches, Args, parser::ValueSource};
 use std::path::{Path, PathBuf};
@@ -78,7 +78,7 @@ impl JobArgs {
             )));
         }
         let inputs = render.scenes.iter().chain(&render.output);
-        if inputs.into_iter().any(|path| is_standard_input(path)) {
+        if inputs.into_iter().any(|path| is_standard_stream(path)) {
             let why = "tasks have no standard input and output: name files instead of -";
             return Err(CliError::Usage(why.into()));
         }

@@ -3,7 +3,7 @@
 use super::limits::MemoryArgs;
 use crate::cli::{
     CliError,
-    plan::{JsonTarget, MergePlan, Origin, PicturePath, is_standard_input},
+    plan::{JsonTarget, MergePlan, Origin, PicturePath, is_standard_stream},
 };
 use clap::Args;
 use std::path::PathBuf;
@@ -42,7 +42,7 @@ impl MergeArgs {
     /// [`CliError`], as of [`JsonTarget::new`].
     pub fn plan(self) -> Result<MergePlan, CliError> {
         let json = self.json.as_deref().map(JsonTarget::new).transpose()?;
-        if json == Some(JsonTarget::Stdout) && is_standard_input(&self.output) {
+        if json == Some(JsonTarget::Stdout) && is_standard_stream(&self.output) {
             return Err(CliError::Usage(JsonTarget::BESIDE_PICTURE.into()));
         }
         Ok(MergePlan {

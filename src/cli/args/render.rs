@@ -15,7 +15,7 @@ use crate::{
         plan::{
             ANIMATION, CameraOptions, ConfigDefault, FIT, FOCUS, FOR_MESHES, Job, JsonTarget, Look, Looks,
             MeshOptions, Pictures, Planned, Playing, PoseFile, RenderPlan, StartView, check_inputs,
-            check_pattern, explained, has_number, is_standard_input,
+            check_pattern, explained, has_number, is_standard_stream,
         },
         write::{AovKind, is_foreign},
     },
@@ -191,7 +191,7 @@ impl RenderArgs {
         };
         let why = if self.scenes.len() > 1 {
             "--save-poses needs one scene".to_owned()
-        } else if is_standard_input(path) {
+        } else if is_standard_stream(path) {
             "--save-poses needs a file".to_owned()
         } else if let Some(output) = jobs
             .iter()
@@ -235,7 +235,7 @@ impl RenderArgs {
         let is_typed = !self.is_default("output") && self.series.sheet.is_none();
         match self.output.as_deref().filter(|output| has_number(output)) {
             Some(output) if is_typed && !has_frames && !self.series.keep_going => {
-                let why = if self.scenes.iter().any(|scene| is_standard_input(scene)) {
+                let why = if self.scenes.iter().any(|scene| is_standard_stream(scene)) {
                     format!("# stands for the number of a frame, and {FRAMES_OF_STANDARD_INPUT}")
                 } else {
                     "# stands for the number of a frame, and there are no frames; leave it out, or ask for frames with \
@@ -340,7 +340,7 @@ impl RenderArgs {
                 clip_path(path)
             )));
         }
-        if json == JsonTarget::Stdout && self.output.as_deref().is_some_and(is_standard_input) {
+        if json == JsonTarget::Stdout && self.output.as_deref().is_some_and(is_standard_stream) {
             return Err(CliError::Usage(JsonTarget::BESIDE_PICTURE.into()));
         }
         let mut outputs = jobs.iter().flat_map(Job::outputs);

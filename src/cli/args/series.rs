@@ -5,7 +5,7 @@ use crate::cli::{
     CliError,
     plan::{
         CompareOptions, FrameRange, Keyframes, NOT_PLAYED_FROM_STANDARD_INPUT, Orbit, Playing, Poses,
-        Turntable, has_number, is_standard_input, keyframes,
+        Turntable, has_number, is_standard_stream, keyframes,
     },
     process,
     write::is_animation,
@@ -104,7 +104,7 @@ impl SeriesArgs {
         let is_animated = option == "--fps" || output.is_some_and(is_animation);
         // Whether there must be frames.
         let is_asked = is_named || !option.is_empty();
-        let is_read_later = || scenes.iter().any(|scene| is_standard_input(scene));
+        let is_read_later = || scenes.iter().any(|scene| is_standard_stream(scene));
         if !is_asked && is_read_later() {
             return Ok(Vec::new());
         }

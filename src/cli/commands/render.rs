@@ -18,7 +18,7 @@ use crate::{
             memory,
         },
         plan::{
-            Frame, Job, JsonTarget, Look, RenderPlan, SavedPoses, SheetPlan, explained, is_standard_input,
+            Frame, Job, JsonTarget, Look, RenderPlan, SavedPoses, SheetPlan, explained, is_standard_stream,
             objection,
         },
         process::Interrupt,
@@ -145,7 +145,7 @@ impl Call<'_> {
         if jobs.len() == 1 || !replaces {
             return Ok(());
         }
-        if jobs.iter().any(|job| is_standard_input(&job.input.path)) {
+        if jobs.iter().any(|job| is_standard_stream(&job.input.path)) {
             let why = "standard input cannot be one of several scenes if files are replaced: render it in a call of its own";
             return Err(CliError::Usage(why.into()));
         }
@@ -180,11 +180,7 @@ impl Call<'_> {
         }
         self.write_poses()?;
         self.verdicts.finish()?;
-        match self.skipped {
-            0 => Ok(()),
-            1 => Err(CliError::Failed("1 scene was skipped".into())),
-            count => Err(CliError::Failed(format!("{count} scenes were skipped"))),
-        }
+        report::end(self.skipped)
     }
 
     /// Leaves the places of a job's pictures on the sheet empty.

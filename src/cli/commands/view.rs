@@ -8,7 +8,7 @@ use crate::{
         load::{self, Input},
         plan::{
             InputKind, InputPlan, Look, MeshOptions, NOT_PLAYED_FROM_STANDARD_INPUT, Playing, Style,
-            ViewPlan, is_standard_input, playback_of, stem,
+            ViewPlan, is_standard_stream, playback_of, stem,
         },
         process::Interrupt,
         report::{self, quoted, quoted_path},
@@ -247,7 +247,7 @@ impl Program {
 
 impl Host for Program {
     fn load(&self, loading: &Loading) -> (Result<Loaded, String>, Sources) {
-        if is_standard_input(&self.input.path) {
+        if is_standard_stream(&self.input.path) {
             let why = "standard input cannot be read again";
             return (Err(why.into()), Sources::default());
         }
@@ -279,7 +279,7 @@ impl Host for Program {
     }
 
     fn animate(&self) -> Result<bool, String> {
-        if self.style.is_some() && is_standard_input(&self.input.path) {
+        if self.style.is_some() && is_standard_stream(&self.input.path) {
             return Err(NOT_PLAYED_FROM_STANDARD_INPUT.into());
         }
         if self.style.is_none() || self.input.kind != InputKind::Mesh {

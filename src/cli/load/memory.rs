@@ -21,7 +21,7 @@ const PLOC_BYTES: u64 = 300;
 const THREADS_BYTES: u64 = 64 << 20;
 
 /// The factors of a pixel's memory while its picture is rendered and written.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct PixelBytes {
     /// Bytes in the film: 12 (floats), 16 (with alpha), or 3 (bytes).
     pub film: u64,

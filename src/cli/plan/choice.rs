@@ -2,7 +2,7 @@
 
 #[cfg(feature = "viewer")]
 use super::Looks;
-use super::{InputPlan, PicturePath, is_standard_input};
+use super::{InputPlan, PicturePath, is_standard_stream};
 use crate::{
     accel::BuildQuality,
     bench::Method,
@@ -65,7 +65,7 @@ impl JsonTarget {
     /// # Errors
     /// [`CliError::Failed`] if it cannot be written, such as a directory.
     pub fn new(path: &Path) -> Result<Self, CliError> {
-        if is_standard_input(path) {
+        if is_standard_stream(path) {
             report::check_stdout()?;
             return Ok(Self::Stdout);
         }

@@ -178,7 +178,7 @@ impl InputPlan {
                 "{folder}: this is a directory, expected files such as {files}"
             )));
         }
-        if !is_standard_input(path) {
+        if !is_standard_stream(path) {
             format::check_file(path)?;
         }
         camera.check()?;
@@ -212,7 +212,7 @@ pub fn kind_of(path: &Path) -> Result<InputKind, CliError> {
         return Ok(InputKind::Mesh);
     }
     let is_scene = |extension: &OsStr| extension.eq_ignore_ascii_case("scn");
-    if is_standard_input(path) {
+    if is_standard_stream(path) {
         return Ok(InputKind::Any);
     }
     if path.extension().is_some_and(is_scene) || !path.is_file() {
@@ -265,15 +265,15 @@ pub const FOR_MESHES: [&str; 9] = [
 
 /// What messages call an input.
 pub fn name(path: &Path) -> &Path {
-    if is_standard_input(path) {
+    if is_standard_stream(path) {
         Path::new(STDIN)
     } else {
         path
     }
 }
 
-/// Whether this stands for standard input.
-pub fn is_standard_input(path: &Path) -> bool {
+/// Whether this stands for standard input or output.
+pub fn is_standard_stream(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
@@ -294,7 +294,7 @@ impl MeshOptions {
     /// Leaves out an animation of the config file if the mesh has none. Finding that out may take `memory` bytes.
     pub(super) fn without_stray_animation(self, path: &Path, memory: u64) -> Self {
         let is_default = self.moment.is_some() && self.defaults.contains(&ANIMATION);
-        if !is_default || self.playback.is_some() || is_standard_input(path) {
+        if !is_default || self.playback.is_some() || is_standard_stream(path) {
             return self;
         }
         // What cannot be read is refused when it is loaded.

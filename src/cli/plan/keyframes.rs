@@ -1,6 +1,6 @@
 //! The frames of animated scenes and meshes. Their number is found before anything is rendered, because pictures are named then.
 
-use super::{FrameRange, InputKind, Turntable, is_standard_input, kind_of, render::MOST_PICTURES};
+use super::{FrameRange, InputKind, Turntable, is_standard_stream, kind_of, render::MOST_PICTURES};
 use crate::{
     cli::CliError,
     error::{LoadError, clip_path},
@@ -109,7 +109,7 @@ fn frames_of(
     last: Option<u32>,
     playing: Option<Playing<'_>>,
 ) -> Result<(Option<u32>, Option<Playback>), CliError> {
-    if is_standard_input(scene) {
+    if is_standard_stream(scene) {
         return Ok((last, None));
     }
     match (kind_of(scene), playing) {

@@ -1,6 +1,6 @@
 //! Scenes that are missing because they are something else: a part of a name with spaces, or the picture to write.
 
-use super::{is_standard_input, kind_of};
+use super::{is_standard_stream, kind_of};
 use crate::{
     cli::{CliError, write::Format},
     error::clip_path,
@@ -18,7 +18,7 @@ const MOST_WORDS: usize = 8;
 /// # Errors
 /// [`CliError::Failed`].
 pub(super) fn check(scenes: &[PathBuf], is_named: bool) -> Result<(), CliError> {
-    let is_missing = |scene: &&PathBuf| !is_standard_input(scene) && !scene.exists();
+    let is_missing = |scene: &&PathBuf| !is_standard_stream(scene) && !scene.exists();
     if scenes.len() < 2 {
         return Ok(());
     }

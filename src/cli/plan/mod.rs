@@ -21,7 +21,7 @@ pub use choice::{BenchPlan, BenchScenes, Build, GeneratePlan, InfoPlan, JsonTarg
 pub use defaults::{ConfigDefault, explained, explained_plan};
 pub use input::{
     ANIMATION, CameraOptions, FIT, FOCUS, FOR_MESHES, InputKind, InputPlan, MeshOptions, Side, StartView,
-    Style, is_for_meshes, is_standard_input, kind_of, name,
+    Style, is_for_meshes, is_standard_stream, kind_of, name,
 };
 pub use job::{Engine, JobPlan};
 #[cfg(feature = "viewer")]

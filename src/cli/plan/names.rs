@@ -1,7 +1,7 @@
 //! Names of pictures, made from patterns: `{stem}` is the scene's name, `{folder}` that of its folder, `{pose}` that of the
 //! frame's pose, a run of `#` the frame's number.
 
-use super::{Turn, is_standard_input};
+use super::{Turn, is_standard_stream};
 use crate::error::clip;
 use std::{
     ffi::{OsStr, OsString},
@@ -155,7 +155,7 @@ fn unknown_placeholder(pattern: &Path) -> Option<&str> {
 
 /// The name that `{folder}` stands for: of the current folder if the scene's path has none.
 pub fn folder(scene: &Path) -> OsString {
-    if is_standard_input(scene) {
+    if is_standard_stream(scene) {
         return "stdin".into();
     }
     let whole = std::path::absolute(scene).unwrap_or_else(|_| scene.to_owned());
@@ -165,7 +165,7 @@ pub fn folder(scene: &Path) -> OsString {
 
 /// The name that `{stem}` stands for.
 pub fn stem(scene: &Path) -> &OsStr {
-    if is_standard_input(scene) {
+    if is_standard_stream(scene) {
         return "stdin".as_ref();
     }
     scene.file_stem().unwrap_or("octray".as_ref())

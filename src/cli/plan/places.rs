@@ -2,7 +2,7 @@
 
 use super::{
     Poses, Turn,
-    input::is_standard_input,
+    input::is_standard_stream,
     names::{Origin, folder, pattern_per_pose},
 };
 use crate::{
@@ -47,7 +47,7 @@ impl<'a> Places<'a> {
         };
         // If one is missing, that is the fault, as in `octray my models/my`.
         for path in [&*first, scene] {
-            if first != scene && !is_standard_input(path) {
+            if first != scene && !is_standard_stream(path) {
                 format::check_file(path)?;
             }
         }

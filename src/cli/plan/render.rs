@@ -209,9 +209,8 @@ impl Pictures<'_> {
         // References are looked into before the formats are known.
         let least = PixelBytes {
             film: 3,
-            exr: false,
-            aovs: false,
             compared: self.comparison.is_some(),
+            ..PixelBytes::default()
         };
         memory::beside_picture(memory, self.size(), least)?;
         let mut places = Places::new(self.poses);
@@ -358,9 +357,7 @@ impl Pictures<'_> {
         sheet.output.format().check_size(width, height)?;
         let pixel = PixelBytes {
             film: 3,
-            exr: false,
-            aovs: false,
-            compared: false,
+            ..PixelBytes::default()
         };
         memory::beside_picture(memory, (width, height), pixel)
     }

@@ -40,11 +40,11 @@ pub fn at_work_on(input: &Path) {
 /// Ends the process with one sentence on standard error, without partial files. Allocates nothing.
 pub fn out_of_memory(why: MemoryRefusal) -> ! {
     static FIRST: AtomicBool = AtomicBool::new(true);
+    let exit = || -> ! { signal_hook::low_level::exit(CliError::Failed(String::new()).exit_code().into()) };
     if !FIRST.swap(false, Ordering::Relaxed) {
-        // Another thread is ending the process.
-        loop {
-            thread::sleep(Duration::from_secs(1));
-        }
+        // Another thread is ending the process, or this one: removing a file allocates if its path is long.
+        thread::sleep(Duration::from_secs(2));
+        exit();
     }
     let mut text = Cursor::new([0; MOST_NAME + 200]);
     // What does not fit is cut.
@@ -70,7 +70,7 @@ pub fn out_of_memory(why: MemoryRefusal) -> ! {
     let length = text.position() as usize;
     say(text.get_ref().get(..length).unwrap_or_default());
     crate::whole_file::abandon();
-    signal_hook::low_level::exit(CliError::Failed(String::new()).exit_code().into());
+    exit()
 }
 
 /// Writes to standard error without its lock, which a thread without memory may hold.

@@ -53,7 +53,7 @@ fn cpus() -> usize {
     thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// Pins each thread to a CPU, if there are at least as many CPUs as threads.
+/// Pins each thread to a CPU, if there are as many CPUs as threads.
 #[cfg(target_os = "linux")]
 fn each_on_its_own_cpu(pool: ThreadPoolBuilder) -> ThreadPoolBuilder {
     use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};

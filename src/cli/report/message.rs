@@ -117,6 +117,18 @@ pub fn skipped(path: &Path, why: &CliError) {
     error(&format!("skipped: {path}{text}"));
 }
 
+/// The end of a call that skipped this many scenes.
+///
+/// # Errors
+/// [`CliError::Failed`] if there are any.
+pub fn end(skipped: usize) -> Result<(), CliError> {
+    match skipped {
+        0 => Ok(()),
+        1 => Err(CliError::Failed("1 scene was skipped".into())),
+        count => Err(CliError::Failed(format!("{count} scenes were skipped"))),
+    }
+}
+
 /// The lines of `text`, escaped, if they fit on a screen; else the first and the last of them: the last cause of an error
 /// is the one that matters.
 fn on_a_screen(text: &str) -> String {

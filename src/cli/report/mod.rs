@@ -18,8 +18,8 @@ mod written;
 
 pub use aov::AovReport;
 pub use message::{
-    check_stdout, error, flush, note, notes_to_terminal, print, print_bytes, prints_to_terminal, skipped,
-    tame_json, warnings,
+    check_stdout, end, error, flush, note, notes_to_terminal, print, print_bytes, prints_to_terminal,
+    skipped, tame_json, warnings,
 };
 pub use progress::{RenderBar, StageBar, VerifyBar};
 pub use stats::{RenderReport, Times};

@@ -16,7 +16,6 @@ use image::{
     codecs::{
         bmp::BmpEncoder,
         jpeg::JpegEncoder,
-        openexr::OpenExrEncoder,
         pnm::{PnmEncoder, PnmSubtype, SampleEncoding},
         qoi::QoiEncoder,
     },
@@ -244,7 +243,9 @@ impl Format {
             Self::Tiff => write_tiff::<RGB8>(to, [width, height], bytes).map_err(tiff_error),
             // An EXR file holds floats only, and animations are written elsewhere: neither is asked for.
             Self::Exr | Self::Gif | Self::Apng | Self::Y4m => {
-                OpenExrEncoder::new(to).write_image(bytes, width, height, color)
+                let why = "it cannot be made of the bytes of one picture";
+                let format = ImageFormatHint::Name(self.name().to_owned());
+                Err(ImageError::Encoding(EncodingError::new(format, why)))
             }
         }
     }

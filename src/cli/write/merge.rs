@@ -87,18 +87,13 @@ impl Tile {
 
     /// Whether the tile is of the same picture as `first`, as far as that is known without its pixels.
     fn check_fits(&self, first: &Self) -> Result<(), CliError> {
-        let is_known = self.place.shows.is_some() && first.place.shows.is_some();
         let kinds = [self, first].map(|Self { place, format, .. }| {
             let [width, height] = place.whole;
-            let shows = place
-                .shows
-                .filter(|_| is_known)
-                .map(|shows| format!("shows {shows}"));
             [
                 format!("is {}", format.name()),
                 format!("is of a picture of {width}x{height}"),
                 format!("was rendered with --samples {}", place.samples()),
-                shows.unwrap_or_default(),
+                format!("shows {}", place.shows),
             ]
         });
         match kinds[0]
@@ -129,18 +124,14 @@ impl Tile {
             Format::Bmp => self.source().decode(Some(ImageFormat::Bmp))?,
             _ => self.source().decode(Some(ImageFormat::Tiff))?,
         };
-        let size = (samples.width(), samples.height());
         match samples {
-            DynamicImage::ImageRgb8(image) if size == (width, height) => {
-                Ok(Samples::Bytes(image.into_raw(), 3))
+            _ if (samples.width(), samples.height()) != (width, height) => {
+                Err(self.source().unreadable(&changed()))
             }
-            DynamicImage::ImageRgba8(image) if size == (width, height) => {
-                Ok(Samples::Bytes(image.into_raw(), 4))
-            }
-            DynamicImage::ImageLuma8(image) if size == (width, height) => {
-                Ok(Samples::Bytes(image.into_raw(), 1))
-            }
-            DynamicImage::ImageLuma16(image) if size == (width, height) => {
+            DynamicImage::ImageRgb8(image) => Ok(Samples::Bytes(image.into_raw(), 3)),
+            DynamicImage::ImageRgba8(image) => Ok(Samples::Bytes(image.into_raw(), 4)),
+            DynamicImage::ImageLuma8(image) => Ok(Samples::Bytes(image.into_raw(), 1)),
+            DynamicImage::ImageLuma16(image) => {
                 let bytes = image.into_raw().into_iter().flat_map(u16::to_be_bytes);
                 Ok(Samples::Bytes(bytes.collect(), 2))
             }
@@ -178,8 +169,7 @@ impl Tiles {
     }
 
     fn first(&self) -> Result<&Tile, CliError> {
-        let first = self.0.first();
-        first.ok_or_else(|| CliError::Usage("no tiles to merge".into()))
+        self.0.first().ok_or_else(no_tiles)
     }
 
     /// Width and height of the whole picture, pixels.
@@ -203,8 +193,7 @@ impl Tiles {
         let pixel = PixelBytes {
             film,
             exr,
-            aovs: false,
-            compared: false,
+            ..PixelBytes::default()
         };
         memory::beside_picture(memory, (width, height), pixel).map(drop)
     }
@@ -243,11 +232,13 @@ impl Tiles {
             cover(&mut covered, width, tile.place.crop);
         }
         drop(covered);
-        match whole {
-            Some(whole) => whole.encode(first.format, size),
-            None => Err(CliError::Usage("no tiles to merge".into())),
-        }
+        let whole = whole.ok_or_else(no_tiles)?;
+        whole.encode(first.format, size)
     }
+}
+
+fn no_tiles() -> CliError {
+    CliError::Usage("no tiles to merge".into())
 }
 
 /// The first rectangle that no tile covers.

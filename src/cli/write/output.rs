@@ -8,7 +8,7 @@ use super::{
 use crate::{
     cli::{
         CliError,
-        plan::{Origin, PictureOptions, PicturePath, is_standard_input},
+        plan::{Origin, PictureOptions, PicturePath, is_standard_stream},
         report,
     },
     error::clip_path,
@@ -89,7 +89,7 @@ impl Output {
             let name = clip_path(path);
             return Err(CliError::Usage(format!("{name}: write `/` instead of `\\`")));
         }
-        let (name, place, format) = if is_standard_input(path) {
+        let (name, place, format) = if is_standard_stream(path) {
             Self::stdout()?
         } else {
             Self::file(path)?
@@ -305,7 +305,10 @@ impl Output {
         let opened = match &self.place {
             Place::Stdout(_) => Ok(Opened::Stdout),
             Place::Special(path) => OpenOptions::new().write(true).open(path).map(Opened::Special),
-            Place::File { path, old } => temporary(path, old.as_ref()).map(Opened::File),
+            Place::File { path, old } => {
+                let permissions = old.as_ref().map(|old| old.permissions.clone());
+                Temporary::beside(path, permissions).map(Opened::File)
+            }
         };
         opened.map_err(|error| CliError::writing(&self.name, &error))
     }
@@ -382,15 +385,6 @@ pub fn names_directory(path: &Path) -> bool {
     last.is_some_and(|&byte| is_separator(char::from(byte)))
 }
 
-/// A new file next to `path`, with the permissions of the old one. It is removed on failure.
-fn temporary(path: &Path, old: Option<&Old>) -> io::Result<Temporary> {
-    let mut temporary = Temporary::beside(path)?;
-    if let Some(old) = old {
-        temporary.file().set_permissions(old.permissions.clone())?;
-    }
-    Ok(temporary)
-}
-
 /// Whether the file may be replaced or made, found out without changing it.
 pub fn check_writable(path: &Path, exists: bool, name: &str) -> Result<(), CliError> {
     let folder = folder_of(path);
@@ -408,7 +402,7 @@ pub fn check_writable(path: &Path, exists: bool, name: &str) -> Result<(), CliEr
     } else {
         Ok(None)
     };
-    old.and_then(|_| Temporary::beside(path))
+    old.and_then(|_| Temporary::beside(path, None))
         .map(drop)
         .map_err(|error| CliError::writing(name, &error))
 }

@@ -64,8 +64,7 @@ pub struct Place {
     /// Samples a pixel, at most if `adaptive`.
     pub samples: u32,
     pub adaptive: bool,
-    /// `None` in files of octray before it was recorded.
-    pub shows: Option<Shows>,
+    pub shows: Shows,
 }
 
 impl Place {
@@ -76,16 +75,13 @@ impl Place {
             whole: [settings.width, settings.height],
             samples: settings.samples,
             adaptive: settings.adaptive,
-            shows: Some(Shows::Colors(transfer)),
+            shows: Shows::Colors(transfer),
         })
     }
 
     /// The same place of a file that shows something else.
     pub fn showing(self, shows: Shows) -> Self {
-        Self {
-            shows: Some(shows),
-            ..self
-        }
+        Self { shows, ..self }
     }
 
     /// As after `--samples`.
@@ -96,10 +92,7 @@ impl Place {
 
     fn parse(text: &str) -> Option<Self> {
         let (place, rest) = text.split_once(", samples ")?;
-        let (samples, shows) = match rest.split_once(", ") {
-            Some((samples, shows)) => (samples, Some(Shows::parse(shows)?)),
-            None => (rest, None),
-        };
+        let (samples, shows) = rest.split_once(", ")?;
         let (crop, whole) = place.split_once(" of ")?;
         let number = |text: &str| text.parse::<u32>().ok();
         let corners: Option<Vec<u32>> = crop.split(',').map(number).collect();
@@ -114,7 +107,7 @@ impl Place {
             whole: [width, height],
             samples: number(most.unwrap_or(samples))?,
             adaptive: most.is_some(),
-            shows,
+            shows: Shows::parse(shows)?,
         };
         (x0 < x1 && y0 < y1 && x1 <= width && y1 <= height).then_some(place)
     }
@@ -155,8 +148,8 @@ impl Place {
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [width, height] = self.whole;
-        write!(f, "{} of {width}x{height}, samples {}", self.crop, self.samples())?;
-        self.shows.map_or(Ok(()), |shows| write!(f, ", {shows}"))
+        let (crop, samples, shows) = (self.crop, self.samples(), self.shows);
+        write!(f, "{crop} of {width}x{height}, samples {samples}, {shows}")
     }
 }
 

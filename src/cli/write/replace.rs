@@ -4,7 +4,7 @@ use super::mark::is_own;
 use crate::{
     cli::{
         CliError,
-        plan::{JsonTarget, is_standard_input},
+        plan::{JsonTarget, is_standard_stream},
     },
     error::clip_path,
     scene::Scene,
@@ -44,7 +44,7 @@ impl Inputs {
     /// Adds a file, called `role` in messages.
     pub fn add(&mut self, path: &Path, role: &str) {
         // Standard input may be a file, too.
-        let path = if is_standard_input(path) && cfg!(unix) {
+        let path = if is_standard_stream(path) && cfg!(unix) {
             Path::new("/dev/stdin")
         } else {
             path

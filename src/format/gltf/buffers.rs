@@ -349,13 +349,13 @@ impl<'a> Buffers<'a> {
             return Ok(Rc::clone(elements));
         }
         let (size, count) = (accessor.size(), accessor.count());
-        let dense = match (accessor.view(), accessor.sparse()) {
-            (Some(view), _) => {
+        let dense = match accessor.view() {
+            Some(view) => {
                 let name = format!("accessors[{index}]");
                 Some(self.part(&view, &name, accessor.offset(), [count, size])?)
             }
             // All elements are zeros, says the specification.
-            (None, _) => None,
+            None => None,
         };
         let replacements = match accessor.sparse() {
             Some(sparse) => Some(self.sparse(&sparse, index, [count, size])?),

@@ -68,6 +68,11 @@ impl Corners {
         self.positions.is_empty()
     }
 
+    /// Whether the file has faces, also if all are left out.
+    pub(super) fn has_faces(&self) -> bool {
+        !self.is_empty() || self.small > 0
+    }
+
     /// Whether a corner of triangle `i` has none of `count` texture coordinates.
     pub(super) fn lacks_uvs(&self, i: usize, count: usize) -> bool {
         let of = self.uvs.get(i).copied().unwrap_or([NONE; 3]);

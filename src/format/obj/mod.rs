@@ -110,8 +110,7 @@ fn read(
         obj.keeps_uvs = keeps_uvs;
         obj.lines(text, path, open, Some(limits))?;
     }
-    let has_faces = !obj.corners.is_empty() || obj.corners.small > 0;
-    let elements = if !has_faces && obj.line_elements + obj.point_elements > 0 {
+    let elements = if !obj.corners.has_faces() && obj.line_elements + obj.point_elements > 0 {
         let (positions, surfaces) = (obj.x.len(), &obj.surface_by_name);
         Some(Elements::read(text, positions, surfaces, budget)?)
     } else {
@@ -337,8 +336,7 @@ impl<'b> Obj<'b> {
         if self.has_smoothing_groups && self.normals.is_empty() {
             left_out.add("smoothing groups");
         }
-        let is_empty = self.corners.is_empty() && self.corners.small == 0;
-        if is_empty && self.line_elements + self.point_elements == 0 && !self.x.is_empty() {
+        if !self.corners.has_faces() && self.line_elements + self.point_elements == 0 && !self.x.is_empty() {
             let signs = [
                 (
                     "usemtl",
@@ -388,7 +386,7 @@ impl<'b> Obj<'b> {
             self.corners.drop_uvs();
         }
         self.notes.extend(color_note);
-        let is_cloud = self.corners.is_empty() && self.corners.small == 0 && !self.x.is_empty();
+        let is_cloud = !self.corners.has_faces() && !self.x.is_empty();
         if self.surfaces.is_empty() {
             self.surface_of = Vec::new();
         } else if self.surface_of.contains(&NO_SURFACE) {

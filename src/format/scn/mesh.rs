@@ -24,9 +24,18 @@ const MAX_MESHES: usize = 1 << 16;
 /// How many notes about its meshes a scene keeps.
 const MAX_NOTES: usize = 1000;
 
-/// Equal for equal meshes: the number of the file, the material, the bits of the transform, of the radius of points and of the
-/// intensity of lights, and whether colours and points are shown.
-pub(super) type PlacementKey = (usize, Option<MaterialId>, [u64; 12], u32, bool, u32);
+/// Equal for equal meshes; numbers by their bits.
+#[derive(PartialEq, Eq, Hash)]
+pub(super) struct PlacementKey {
+    /// The number of the file.
+    mesh: usize,
+    material: Option<MaterialId>,
+    transform: [u64; 12],
+    /// The radius of points, and the intensity of lights.
+    numbers: [Option<u32>; 2],
+    /// Whether colours and points are shown.
+    is_any: bool,
+}
 
 /// How a mesh is placed.
 #[derive(Clone, Copy)]
@@ -97,17 +106,13 @@ impl Reader<'_> {
         };
         let path = self.path(arguments, word, what)?;
         let number = self.mesh_number(&path, material);
-        let radius_bits = placement.point_radius.map_or(0, f32::to_bits);
-        let lights_bits = placement.lights.map_or(0, f32::to_bits);
-        let is_any = kind == Kind::Any;
-        let key = (
-            number,
+        let key = PlacementKey {
+            mesh: number,
             material,
-            placement.transform.bits(),
-            radius_bits,
-            is_any,
-            lights_bits,
-        );
+            transform: placement.transform.bits(),
+            numbers: [placement.point_radius, placement.lights].map(|number| number.map(f32::to_bits)),
+            is_any: kind == Kind::Any,
+        };
         if self.placements.contains(&key) {
             return Ok(());
         }
@@ -192,8 +197,7 @@ impl Reader<'_> {
     ) -> Result<(), Reason> {
         let mesh = loaded.or_else(|| self.meshes.kept(number));
         let Some(mesh) = mesh else { return Ok(()) };
-        let lights = mesh.placed_lights(&placement.transform, together);
-        let lights = lights?;
+        let lights = mesh.placed_lights(&placement.transform, together)?;
         if lights.is_empty() {
             let why = if mesh.lights.is_empty() {
                 "`lights`, but the file has none that can be read"

@@ -4,7 +4,7 @@ use std::{os::unix::net::UnixListener, time::Instant};
 /// A compositor at a socket, which does this with a client.
 fn compositor(path: &Path, serve: impl Fn(UnixStream) + Send + 'static) {
     let listener = UnixListener::bind(path).unwrap();
-    thread::spawn(move || listener.incoming().flatten().for_each(serve));
+    std::thread::spawn(move || listener.incoming().flatten().for_each(serve));
 }
 
 #[test]

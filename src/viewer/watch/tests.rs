@@ -20,7 +20,7 @@ impl Watch {
     /// Expects that `what` is noticed.
     fn notices(mut self, what: &str) -> Self {
         let (sender, done) = mpsc::channel();
-        thread::spawn(move || {
+        std::thread::spawn(move || {
             if self.watched.wait(&self.changes, false).is_some() {
                 let _ = sender.send(self);
             }
@@ -77,7 +77,7 @@ fn a_folder_that_is_replaced_stays_watched() {
     // Removed and made again, at once and later.
     for pause in [0, 10, 500] {
         fs::remove_dir_all(&sub).unwrap();
-        thread::sleep(Duration::from_millis(pause));
+        std::thread::sleep(Duration::from_millis(pause));
         if pause > 250 {
             watch = watch.notices("a folder that is gone");
         }
@@ -108,7 +108,7 @@ fn a_folder_that_comes_back_stays_watched() {
     let mut watch = Watch::new([scene, file.clone()]);
     for pause in [0, 30, 400] {
         fs::rename(&sub, &away).unwrap();
-        thread::sleep(Duration::from_millis(pause));
+        std::thread::sleep(Duration::from_millis(pause));
         fs::rename(&away, &sub).unwrap();
         watch = watch.notices("a folder that moves").settles();
         fs::write(&file, "12").unwrap();
@@ -146,10 +146,10 @@ fn other_files_do_not_delay_a_change() {
     fs::write(&file, "1").unwrap();
     let watch = Watch::new([file.clone()]);
     let (sender, end) = mpsc::channel::<()>();
-    let busy = thread::spawn(move || {
+    let busy = std::thread::spawn(move || {
         while matches!(end.try_recv(), Err(mpsc::TryRecvError::Empty)) {
             fs::write(&log, "1").unwrap();
-            thread::sleep(Duration::from_millis(1));
+            std::thread::sleep(Duration::from_millis(1));
         }
     });
     fs::write(&file, "12").unwrap();

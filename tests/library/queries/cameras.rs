@@ -7,8 +7,8 @@ use octray::{
     accel::Bvh,
     render::{Renderer, Settings},
     scene::{
-        Camera, Distortion, FitView, ImagePlane, Lens, MaterialId, Projection, Scene, SceneBuilder,
-        TriangleMesh, View,
+        Camera, Distortion, FitView, ImagePlane, Lens, MaterialId, PlacedMesh, Projection, Scene,
+        SceneBuilder, TriangleMesh, View,
     },
 };
 use std::ops::ControlFlow;
@@ -258,7 +258,8 @@ fn up_vectors_have_any_length() {
             z: vec![2.0, 0.0],
             ..TriangleMesh::default()
         };
-        view.fit_turning(&mesh).expect("a fit").eye
+        let meshes = [PlacedMesh::in_place(&mesh)];
+        view.fit_turning_around(&meshes, 0.0).expect("a fit").eye
     };
     for length in [f64::MAX, 1e300, 1e100, 1e-160, 1e-300, 5e-324] {
         let long = View {

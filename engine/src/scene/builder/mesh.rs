@@ -92,8 +92,8 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Checks that this many triangles, spheres and vertices can be added, with `vectors` more normals and colours, before
-    /// they are made.
+    /// Checks that this many triangles, spheres and vertices can be added, with `vectors` more normals, colours and
+    /// texture coordinates, before they are made.
     ///
     /// # Errors
     /// [`SceneError::TooMany`] or [`SceneError::OverLimit`].
@@ -118,30 +118,19 @@ impl SceneBuilder {
         let has_normals = !normals.is_empty() || !self.vertices.normals.is_empty();
         let has_colors = !colors.is_empty() || !self.vertices.colors.is_empty();
         let has_uvs = !uvs.is_empty() || !self.vertices.uvs.is_empty();
-        let vectors = [has_normals, has_colors, has_uvs]
-            .map(usize::from)
-            .iter()
-            .sum::<usize>()
-            * end;
-        self.check_limits([triangles.len(), 0, x.len()], vectors + self.spheres.color.len())?;
+        let arrays = [has_normals, has_colors, has_uvs].map(usize::from);
+        let vectors = arrays.iter().sum::<usize>() * end + self.spheres.color.len();
+        self.check_limits([triangles.len(), 0, x.len()], vectors)?;
         let all = &mut self.vertices;
         for (coordinates, more) in [(&mut all.x, &x), (&mut all.y, &y), (&mut all.z, &z)] {
             reserve_for_append(coordinates, more, TRIANGLES)?;
         }
         reserve_for_append(&mut self.triangles.corners, &triangles, TRIANGLES)?;
         // A first mesh is moved.
-        if has_normals && base > 0 {
-            let missing = end - all.normals.len();
-            reserve(&mut all.normals, missing, TRIANGLES)?;
-        }
-        if has_colors && base > 0 {
-            let missing = end - all.colors.len();
-            reserve(&mut all.colors, missing, TRIANGLES)?;
-        }
-        if has_uvs && base > 0 {
-            let missing = end - all.uvs.len();
-            reserve(&mut all.uvs, missing, TRIANGLES)?;
-        }
+        let room = |has_any: bool| if has_any && base > 0 { end } else { 0 };
+        reserve_up_to(&mut all.normals, room(has_normals))?;
+        reserve_up_to(&mut all.colors, room(has_colors))?;
+        reserve_up_to(&mut all.uvs, room(has_uvs))?;
         if has_normals {
             append_padded(&mut all.normals, normals, [base, end], Vec3::ZERO);
         }
@@ -248,6 +237,11 @@ const TRIANGLES: &str = "triangles";
 pub(super) fn reserve<T>(array: &mut Vec<T>, more: usize, what: &'static str) -> Result<(), SceneError> {
     let reserved = array.try_reserve(more);
     reserved.map_err(|_| SceneError::NoMemory { what })
+}
+
+/// Reserves memory for `count` elements of a mesh in all.
+fn reserve_up_to<T>(array: &mut Vec<T>, count: usize) -> Result<(), SceneError> {
+    reserve(array, count.saturating_sub(array.len()), TRIANGLES)
 }
 
 /// Reserves the memory that [`append`] needs: none if it moves.

@@ -60,7 +60,8 @@ fn corners_are_around_all_rays() {
                 let sample = [(); 2].map(|()| random.u32(0..samples));
                 let direction = if samples == 1 {
                     // The reach of the widest filter.
-                    rays.direction_offset(x, y, [(); 2].map(|()| 6.0 * random.f32() - 3.0))
+                    let offset = [(); 2].map(|()| 6.0 * random.f32() - 3.0);
+                    rays.ray_at(Portable, [x, y], sample, offset, [0.0; 2]).direction
                 } else {
                     rays.direction(x, y, sample)
                 };

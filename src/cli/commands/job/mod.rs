@@ -65,11 +65,7 @@ pub fn run(plan: &JobPlan) -> Result<(), CliError> {
     if !plan.render.jobs.is_empty() || skipped.is_empty() {
         write_job(plan)?;
     }
-    match skipped.len() {
-        0 => Ok(()),
-        1 => Err(CliError::Failed("1 scene was skipped".into())),
-        count => Err(CliError::Failed(format!("{count} scenes were skipped"))),
-    }
+    report::end(skipped.len())
 }
 
 fn write_job(plan: &JobPlan) -> Result<(), CliError> {
@@ -365,10 +361,13 @@ fn line<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<String, CliError
 
 /// A word for the shell. Of an option only the value is quoted, which reads better.
 fn quote(word: &str) -> Result<String, shlex::QuoteError> {
+    // A file may be named `--$(command)=a.scn`.
+    let is_option = |word: &str| {
+        let is_plain = |c: char| matches!(c, 'a'..='z' | '0'..='9' | '-');
+        word.starts_with("--") && word.chars().all(is_plain)
+    };
     match word.split_once('=') {
-        Some((option, value)) if option.starts_with("--") => {
-            Ok(format!("{option}={}", shlex::try_quote(value)?))
-        }
+        Some((option, value)) if is_option(option) => Ok(format!("{option}={}", shlex::try_quote(value)?)),
         _ => shlex::try_quote(word).map(Into::into),
     }
 }

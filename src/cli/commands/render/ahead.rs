@@ -7,7 +7,7 @@ use crate::cli::{
 use std::{
     fs::Metadata,
     path::PathBuf,
-    thread::{Scope, ScopedJoinHandle},
+    thread::{self, Scope, ScopedJoinHandle},
     time::{Duration, Instant},
 };
 
@@ -31,7 +31,10 @@ impl<'scope, 'env> Ahead<'scope, 'env> {
     /// Begins to load the scene of a job within `memory` bytes.
     pub fn start(&mut self, job: Option<&'env Job>, memory: u64) {
         if let Some(job) = job.filter(|job| is_small(&job.input)) {
-            self.loading = Some(self.scope.spawn(move || load(&job.input, memory)));
+            // If the system refuses the thread, the scene is loaded when its turn comes.
+            let thread = thread::Builder::new();
+            let loading = thread.spawn_scoped(self.scope, move || load(&job.input, memory));
+            self.loading = loading.ok();
         }
     }
 

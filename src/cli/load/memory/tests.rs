@@ -44,9 +44,7 @@ fn limits_of_control_groups() {
 fn pictures_that_do_not_fit() {
     let bytes = PixelBytes {
         film: 3,
-        exr: false,
-        aovs: false,
-        compared: false,
+        ..PixelBytes::default()
     };
     let beside = |size, bytes| beside_picture(100_000_000, size, bytes).ok();
     assert_eq!(beside((1000, 1000), bytes), Some(89_000_000));

@@ -177,7 +177,8 @@ fn open(path: &Path) -> Result<BufReader<File>, LoadError> {
 struct Lines {
     path: Arc<PathBuf>,
     reader: BufReader<File>,
-    line: Vec<u8>,
+    /// Bytes that are no UTF-8 are replaced, as in names of binary files.
+    line: String,
     number: u32,
 }
 
@@ -186,7 +187,7 @@ impl Lines {
         Ok(Self {
             path: Arc::new(path.to_path_buf()),
             reader: open(path)?,
-            line: Vec::new(),
+            line: String::new(),
             number: 0,
         })
     }
@@ -204,26 +205,24 @@ impl Lines {
     /// Moves to the next line that is neither empty nor a comment; false at the end.
     fn next(&mut self) -> Result<bool, LoadError> {
         loop {
-            self.line.clear();
             self.number = self.number.saturating_add(1);
-            let count = self
-                .reader
-                .by_ref()
-                .take(MOST_BYTES)
-                .read_until(b'\n', &mut self.line);
+            let mut line = Vec::new();
+            let mut rest = self.reader.by_ref().take(MOST_BYTES + 1);
+            let count = rest.read_until(b'\n', &mut line);
             let count = count.map_err(|error| self.fault(0, error.to_string()))?;
-            if count as u64 == MOST_BYTES {
+            if count as u64 > MOST_BYTES {
                 return Err(self.fault(0, format!("a line of more than {MOST_BYTES} bytes")));
             }
             // A byte order mark.
-            if self.number == 1 && self.line.starts_with(b"\xef\xbb\xbf") {
-                self.line.drain(..3);
+            if self.number == 1 && line.starts_with(b"\xef\xbb\xbf") {
+                line.drain(..3);
             }
+            self.line = String::from_utf8_lossy(&line).into_owned();
             let text = self.line.trim_ascii();
             if count == 0 {
                 return Ok(false);
             }
-            if !text.is_empty() && text[0] != b'#' {
+            if !text.is_empty() && !text.starts_with('#') {
                 return Ok(true);
             }
         }
@@ -231,11 +230,11 @@ impl Lines {
 
     /// Moves behind the next line, of any length, and keeps the words of its beginning. Says whether these are all.
     fn skip(&mut self) -> Result<bool, LoadError> {
-        self.line.clear();
         self.number = self.number.saturating_add(1);
+        let mut line = Vec::new();
         let mut beginning = self.reader.by_ref().take(BEGINNING);
-        let read = beginning.read_until(b'\n', &mut self.line);
-        let is_cut = self.line.len() as u64 == BEGINNING && !self.line.ends_with(b"\n");
+        let read = beginning.read_until(b'\n', &mut line);
+        let is_cut = line.len() as u64 == BEGINNING && !line.ends_with(b"\n");
         let skipped = read.and_then(|_| {
             if is_cut {
                 self.reader.skip_until(b'\n')
@@ -246,15 +245,16 @@ impl Lines {
         skipped.map_err(|error| self.fault(0, error.to_string()))?;
         if is_cut {
             // The last word may be a part of one.
-            let end = self.line.iter().rposition(u8::is_ascii_whitespace);
-            self.line.truncate(end.unwrap_or(0));
+            let end = line.iter().rposition(u8::is_ascii_whitespace);
+            line.truncate(end.unwrap_or(0));
         }
+        self.line = String::from_utf8_lossy(&line).into_owned();
         Ok(!is_cut)
     }
 
     /// The words of the current line, each with its place. The last of `most` holds all that is left.
     fn words(&self, most: usize) -> Vec<(usize, &str)> {
-        let text = str::from_utf8(&self.line).unwrap_or_default();
+        let text = &self.line[..];
         let mut words = Vec::new();
         let mut at = 0;
         while let Some(start) = text[at..].find(|c: char| !c.is_ascii_whitespace()) {
@@ -405,6 +405,9 @@ impl Records {
         let mut numbers = [0.0; N];
         for number in &mut numbers {
             *number = self.bytes().map(f64::from_le_bytes)?;
+            if !number.is_finite() {
+                return Err(self.fault(format!("found {number}, expected a finite number")));
+            }
         }
         Ok(numbers)
     }

@@ -13,14 +13,13 @@ const PLACE: Place = Place {
     whole: [61, 43],
     samples: 16,
     adaptive: true,
-    shows: None,
+    shows: Shows::Colors(Transfer::Linear),
 };
 
 #[test]
 fn places_are_read_as_they_are_written() {
     let text = PLACE.to_string();
-    assert_eq!(text, "30,0,61,19 of 61x43, samples auto:16");
-    assert_eq!(Place::parse(&text), Some(PLACE));
+    assert_eq!(text, "30,0,61,19 of 61x43, samples auto:16, linear");
     for (shows, text) in [
         (Shows::Colors(Transfer::Linear), "linear"),
         (Shows::Colors(Transfer::Srgb), "sRGB"),
@@ -29,18 +28,22 @@ fn places_are_read_as_they_are_written() {
         (Shows::Aov(AovKind::Normal), "normal"),
     ] {
         let place = PLACE.showing(shows);
-        assert_eq!(place.to_string(), format!("{PLACE}, {text}"));
+        assert_eq!(
+            place.to_string(),
+            format!("30,0,61,19 of 61x43, samples auto:16, {text}")
+        );
         assert_eq!(Place::parse(&place.to_string()), Some(place));
     }
     for wrong in [
         "",
         "30,0,61,19 of 61x43",
-        "30,0,62,19 of 61x43, samples 1",
-        "30,0,30,19 of 61x43, samples 1",
-        "30,0,61 of 61x43, samples 1",
-        "30,0,61,19,5 of 61x43, samples 1",
-        "30,0,61,19 of 61, samples 1",
-        "30,0,61,19 of 61x43, samples auto",
+        "30,0,61,19 of 61x43, samples 1",
+        "30,0,62,19 of 61x43, samples 1, sRGB",
+        "30,0,30,19 of 61x43, samples 1, sRGB",
+        "30,0,61 of 61x43, samples 1, sRGB",
+        "30,0,61,19,5 of 61x43, samples 1, sRGB",
+        "30,0,61,19 of 61, samples 1, sRGB",
+        "30,0,61,19 of 61x43, samples auto, sRGB",
         "30,0,61,19 of 61x43, samples 1, sky",
         "30,0,61,19 of 61x43, samples 1, z, 1",
     ] {

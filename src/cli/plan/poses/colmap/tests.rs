@@ -328,3 +328,36 @@ fn a_reconstruction_is_a_folder() {
         assert!(error.contains(expected), "{error}");
     }
 }
+
+/// Names need not be UTF-8, a line may be as long as the limit, and NaN is told as such.
+#[test]
+fn odd_bytes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let words = pose().map(|number| number.to_string()).join(" ");
+    let with = |comment: usize, points: &str| {
+        write(folder, "7 PINHOLE 600 400 500 400 300 200\n", "");
+        let head = format!(
+            "#{}\n1 {words} 7 b.png\n{points}2 {words} 7 caf",
+            "x".repeat(comment - 2)
+        );
+        fs::write(
+            folder.join("images.txt"),
+            [head.as_bytes(), b"\xe9.png\n"].concat(),
+        )
+        .expect("a file");
+        found(folder, "images.txt")
+    };
+    let poses = with(1 << 16, "\n").expect("poses").poses;
+    assert_eq!([0, 1].map(|i| &poses[i].name[..]), ["b", "caf\u{fffd}"]);
+    let error = with((1 << 16) + 1, "\n").expect_err("it is too long");
+    assert!(error.contains("a line of more than 65536 bytes"), "{error}");
+    let error = with(8, "").expect_err("no points");
+    assert!(error.contains("expected the line of points of b.png"), "{error}");
+    write_binary(folder);
+    let mut images = fs::read(folder.join("images.bin")).expect("a file");
+    images[12..20].copy_from_slice(&f64::NAN.to_le_bytes());
+    fs::write(folder.join("images.bin"), images).expect("a file");
+    let error = found(folder, "images.bin").expect_err("not a number");
+    assert!(error.contains("found NaN, expected a finite number"), "{error}");
+}
