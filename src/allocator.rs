@@ -63,14 +63,16 @@ const LEAST: usize = 4 << 20;
 fn advise(start: *mut u8, size: usize) {
     #[cfg(target_os = "linux")]
     if !start.is_null() && size >= LEAST {
-        /// The largest page of any machine, bytes.
-        const PAGE: usize = 1 << 16;
-        let lead = start.addr().wrapping_neg() % PAGE;
-        let whole_pages = (size - lead) / PAGE * PAGE;
-        // SAFETY: the range lies within an allocation of `size` bytes, `lead` < `PAGE` < `size`; this advice changes
-        // neither what memory holds nor who may use it.
+        // SAFETY: reads a constant of the system.
+        let page = usize::try_from(unsafe { libc::sysconf(libc::_SC_PAGESIZE) }).unwrap_or(1 << 16);
+        // All pages that hold a part of it: advice for the middle alone would split the mapping, and `mremap` moves only
+        // whole ones.
+        let lead = start.addr() % page;
+        let length = (lead + size).next_multiple_of(page);
+        // SAFETY: each page of the range holds a part of an allocation, so all are mapped; this advice changes neither what
+        // memory holds nor who may use it.
         unsafe {
-            libc::madvise(start.wrapping_add(lead).cast(), whole_pages, libc::MADV_HUGEPAGE);
+            libc::madvise(start.wrapping_sub(lead).cast(), length, libc::MADV_HUGEPAGE);
         }
     }
     #[cfg(not(target_os = "linux"))]
