@@ -13,7 +13,7 @@ use super::{
         usable_normal,
     },
     place::{TextFault, Words, after_mark, refuse_binary},
-    polygon::Fans,
+    polygon::{Fans, fans_note},
 };
 use crate::{
     error::{LoadError, LoadErrorKind, SceneError, quote},
@@ -398,7 +398,8 @@ impl<'b> Off<'b> {
         } else if let Some(first) = self.surfaces.first_mut() {
             *first = Surface::without_material(!self.columns.colors.is_empty());
         }
-        self.fans.cut_concave(&mut self.columns);
+        let fans = self.fans.cut_concave(&mut self.columns, self.budget)?;
+        notes.extend(fans_note(fans, path));
         let is_cloud = self.columns.triangles.is_empty() && !self.columns.x.is_empty();
         Ok(LoadedMesh {
             columns: self.columns,

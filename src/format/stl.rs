@@ -16,7 +16,7 @@ use super::{
     mesh::{LoadedMesh, MeshFormat, Unusable, UpAxis, UpSource},
     offset::Offset,
     place::{TextFault, Words},
-    polygon::Fans,
+    polygon::{Fans, fans_note},
     reason::Reason,
     source::{Opened, Pieces},
 };
@@ -64,11 +64,12 @@ pub(super) fn read(opened: Opened, path: &Path, budget: &Budget) -> Result<Loade
 pub(super) fn parse(bytes: &[u8], path: &Path, budget: &Budget) -> Result<LoadedMesh, LoadError> {
     if is_text(bytes, bytes.len()) {
         let located = |fault: TextFault| fault.into_error(bytes, path);
-        let (columns, unusable, small) = text(bytes, budget).map_err(located)?;
+        let (columns, reader) = text(bytes, budget).map_err(located)?;
         let mut left_out = LeftOut::default();
-        left_out.small_faces(small);
+        left_out.small_faces(reader.small);
         let mut mesh = loaded(columns, left_out.note(path));
-        mesh.keep_used(unusable.map(located), path, budget)?;
+        mesh.notes.extend(fans_note(reader.complex, path));
+        mesh.keep_used(reader.unusable.map(located), path, budget)?;
         Ok(mesh)
     } else {
         Ok(binary(&bytes, path, budget)?.unwrap_or_default())
@@ -249,8 +250,9 @@ struct Reader<'a> {
     end: Range<usize>,
     offset: Offset,
     unusable: Unusable<TextFault>,
-    /// How many facets have fewer than three corners.
+    /// How many facets have fewer than three corners, and how many are too complex to be filled.
     small: usize,
+    complex: usize,
 }
 
 impl<'a> Reader<'a> {
@@ -296,8 +298,8 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The mesh, its unusable vertices, and the number of facets with fewer than three corners.
-fn text(bytes: &[u8], budget: &Budget) -> Result<(TriangleMesh, Unusable<TextFault>, usize), TextFault> {
+/// The mesh, and what its reader found.
+fn text<'a>(bytes: &'a [u8], budget: &Budget) -> Result<(TriangleMesh, Reader<'a>), TextFault> {
     let end = bytes.trim_ascii_end().len();
     let mut reader = Reader {
         text: bytes,
@@ -306,6 +308,7 @@ fn text(bytes: &[u8], budget: &Budget) -> Result<(TriangleMesh, Unusable<TextFau
         offset: budget.offset(),
         unusable: Unusable::default(),
         small: 0,
+        complex: 0,
     };
     let mut mesh = TriangleMesh::default();
     let mut fans = Fans::default();
@@ -336,8 +339,8 @@ fn text(bytes: &[u8], budget: &Budget) -> Result<(TriangleMesh, Unusable<TextFau
             "the file ends here, expected `endsolid`",
         ));
     }
-    fans.cut_concave(&mut mesh);
-    Ok((mesh, reader.unusable, reader.small))
+    reader.complex = fans.cut_concave(&mut mesh, budget)?;
+    Ok((mesh, reader))
 }
 
 fn facet(

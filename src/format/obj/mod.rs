@@ -410,7 +410,8 @@ impl<'b> Obj<'b> {
             Some(elements) => elements.keep(&mut columns, &mut self.surfaces)?,
             None => Vec::new(),
         };
-        self.corners.cut_concave(&columns);
+        let fans = self.corners.cut_concave(&columns, self.budget)?;
+        self.notes.extend(super::polygon::fans_note(fans, path));
         let moved = (&mut self.uvs, &self.surface_of[..], &self.shifts);
         self.corners.move_uvs(moved, self.budget)?;
         self.corners
