@@ -83,7 +83,8 @@ pub(super) fn parse(
     let parsed = estimate::parsed_size(json);
     budget.take(parsed).map_err(|error| error.into_error(path))?;
     let mut root = root(json, path, budget)?;
-    let is_cloud = extras::is_cloud(&root);
+    let hidden = visibility::Hidden::of(json);
+    let is_cloud = extras::is_cloud(&root, &hidden);
     let moment = budget.moment();
     let mut left_out = extras::left_out(&root, is_cloud, moment.is_some());
     let listed = animations::listed(&root);
@@ -98,7 +99,6 @@ pub(super) fn parse(
     let unsupported = materials::unsupported_textures(&root);
     let lights = lights::PunctualLights::of(json);
     let instancing = instancing::Instancing::of(json, path)?;
-    let hidden = visibility::Hidden::of(json);
     left_out.count(hidden.count(), "hidden node", "hidden nodes");
     let translations = translations::Translations::of(json, budget.offset());
     let document = document(root, path)?;
