@@ -201,7 +201,7 @@ fn split<'a>(bytes: &'a [u8], path: &Path) -> Result<(&'a [u8], Option<&'a [u8]>
 fn texture_files(root: &json::Root, path: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for uri in root.images.iter().filter_map(|image| image.uri.as_deref()) {
-        if !uri.starts_with("data:") {
+        if buffers::data_of(uri).is_none() {
             let file = percent_decode_str(uri).decode_utf8_lossy();
             add_texture_file(&mut files, path, &file);
         }
