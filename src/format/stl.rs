@@ -94,13 +94,20 @@ fn promised(head: &[u8]) -> Option<usize> {
 }
 
 /// Whether a file of `length` bytes, whose first [`HEAD`] are `head`, is text. Text begins with `solid`, but the header of
-/// a binary file may, too: such a file has the size that its count implies, or a NUL byte in its head.
+/// a binary file may, too: such a file has the size that its count implies, or a NUL byte in its head before other bytes.
 fn is_text(head: &[u8], length: usize) -> bool {
     let start = head.trim_ascii_start();
     let begins = start
         .get(..5)
         .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
-    begins && !has_binary_size(head, length) && !head.iter().take(HEAD).any(|&byte| byte == 0)
+    let head = head.get(..HEAD).unwrap_or(head);
+    begins && !has_binary_size(head, length) && !head[..text_end(head)].contains(&0)
+}
+
+/// Where text ends: some programs write NUL bytes after it.
+fn text_end(bytes: &[u8]) -> usize {
+    let is_last = |&byte: &u8| byte != 0 && !byte.is_ascii_whitespace();
+    bytes.iter().rposition(is_last).map_or(0, |last| last + 1)
 }
 
 /// Whether the bytes of a whole file are an STL mesh: binary of the right size, or text.
@@ -290,20 +297,20 @@ impl<'a> Reader<'a> {
     }
 
     fn skip_line(&mut self) {
-        let from = self.words.position();
-        let line = self.text.get(from..).unwrap_or_default();
+        let (from, end) = (self.words.position(), self.end.end);
+        let line = self.text.get(from..end).unwrap_or_default();
         let ends = |&byte: &u8| byte == b'\n' || byte == b'\r';
         let length = line.iter().position(ends).unwrap_or(line.len());
-        self.words = Words::new(self.text, from + length..self.text.len());
+        self.words = Words::new(self.text, from + length..end);
     }
 }
 
 /// The mesh, and what its reader found.
 fn text<'a>(bytes: &'a [u8], budget: &Budget) -> Result<(TriangleMesh, Reader<'a>), TextFault> {
-    let end = bytes.trim_ascii_end().len();
+    let end = text_end(bytes);
     let mut reader = Reader {
         text: bytes,
-        words: Words::new(bytes, 0..bytes.len()),
+        words: Words::new(bytes, 0..end),
         end: end..end,
         offset: budget.offset(),
         unusable: Unusable::default(),
