@@ -27,11 +27,11 @@ pub(super) fn cut(corners: &[DVec2], winding: f64, triangles: &mut Vec<u32>) -> 
     while let Some(tip) = queue.pop_front()
         && left > 2
     {
-        if ring.is_cut[tip as usize] || !ring.is_ear(tip) {
-            continue;
-        }
         if ring.steps > STEPS * corners.len() + MORE_STEPS {
             return false;
+        }
+        if ring.is_cut[tip as usize] || !ring.is_ear(tip) {
+            continue;
         }
         let [before, after] = ring.beside[tip as usize];
         triangles.extend([before, tip, after]);
