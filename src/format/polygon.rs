@@ -5,15 +5,25 @@
 
 mod ears;
 
-use super::budget::{Budget, BudgetError};
-use crate::scene::{TriangleMesh, is_usable};
+use super::{
+    budget::{Budget, BudgetError},
+    left_out::counted,
+};
+use crate::{
+    error::clip_path,
+    scene::{TriangleMesh, is_usable},
+};
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use std::ops::Range;
+use std::{ops::Range, path::Path};
 
-/// Polygons with more corners stay fans: cutting can take quadratic time.
-const MOST_CORNERS: usize = 1024;
+/// Polygons with more corners stay fans.
+const MOST_CORNERS: usize = 1 << 20;
+/// Memory of a corner while its polygon is cut, bytes.
+const CORNER_BYTES: usize = 128;
+/// The memory of polygons with fewer corners is not counted.
+const LEAST_COUNTED: usize = 1 << 10;
 /// Polygons with more corners are left to [`ears`]: `earcut` gives better triangles, but can take cubic time and more.
 // Tuned: see docs/lab-notes.md#polygon-corners
 const MOST_FOR_EARCUT: usize = 64;
@@ -86,13 +96,13 @@ impl Fans {
         self.0.iter().flat_map(Run::polygons)
     }
 
-    /// Triangulates concave polygons.
-    pub(super) fn cut_concave(&self, mesh: &mut TriangleMesh) {
+    /// Triangulates concave polygons. Returns how many too complex ones stay fans.
+    pub(super) fn cut_concave(&self, mesh: &mut TriangleMesh, budget: &Budget) -> Result<usize, BudgetError> {
         let TriangleMesh {
             x, y, z, triangles, ..
         } = mesh;
         let columns = [&x[..], &y[..], &z[..]];
-        let (mut rest, mut at) = (&mut triangles[..], 0);
+        let (mut rest, mut at, mut fans) = (&mut triangles[..], 0, 0);
         for runs in self.0.chunks(PIECE) {
             let parts = runs.iter().map(|run| {
                 // Runs are in the order of their triangles.
@@ -102,14 +112,26 @@ impl Fans {
                 (run.each, rest.split_off_mut(..length).unwrap_or_default())
             });
             let parts: Vec<(usize, &mut [[u32; 3]])> = parts.collect();
-            let parts = parts.into_par_iter();
-            parts.for_each_init(Cutter::default, |cutter, (each, part)| {
-                for fan in part.chunks_exact_mut(each) {
-                    cutter.cut_fan(columns, fan);
-                }
-            });
+            let parts = parts
+                .into_par_iter()
+                .map_init(Cutter::default, |cutter, (each, part)| {
+                    for fan in part.chunks_exact_mut(each) {
+                        cutter.cut_fan(columns, fan, budget)?;
+                    }
+                    Ok(std::mem::take(&mut cutter.given_up))
+                });
+            fans += parts.try_reduce(|| 0, |a, b| Ok(a + b))?;
         }
+        Ok(fans)
     }
+}
+
+/// The note about polygons that stay fans, if there are any.
+pub(super) fn fans_note(count: usize, path: &Path) -> Option<String> {
+    let polygons = counted(count, "concave polygon is", "concave polygons are");
+    let path = clip_path(path);
+    (count > 0)
+        .then(|| format!("{path}: {polygons} too complex to be filled exactly: shown as fans of triangles"))
 }
 
 /// The position of a vertex; NaN where it is not usable.
@@ -152,13 +174,15 @@ fn fan_fills(mut corners: impl Iterator<Item = DVec3>) -> bool {
 pub(super) struct Cutter {
     earcut: Earcut<f64>,
     triangles: Vec<u32>,
+    /// How many polygons are too complex.
+    pub(super) given_up: usize,
 }
 
 impl Cutter {
     /// The triangles of a polygon as indices of its corners, in the polygon's winding; two fewer than corners. `None` if a
-    /// fan around the first corner fills it, or nothing does (its sides cross, or it has no area).
+    /// fan around the first corner fills it, or nothing does (its sides cross, it has no area, or it is too complex).
     pub(super) fn cut(&mut self, corners: &[DVec3]) -> Option<&[[u32; 3]]> {
-        if corners.len() > MOST_CORNERS || corners.len() < 4 || fan_fills(corners.iter().copied()) {
+        if corners.len() < 4 || fan_fills(corners.iter().copied()) {
             return None;
         }
         let flat = flattened(corners);
@@ -167,7 +191,10 @@ impl Cutter {
         }
         let winding = area(&flat).signum();
         if corners.len() > MOST_FOR_EARCUT {
-            ears::cut(&flat, winding, &mut self.triangles);
+            if corners.len() > MOST_CORNERS || !ears::cut(&flat, winding, &mut self.triangles) {
+                self.given_up += 1;
+                return None;
+            }
         } else {
             let flat = flat.iter().map(DVec2::to_array);
             self.earcut.earcut(flat, &[], &mut self.triangles);
@@ -183,26 +210,41 @@ impl Cutter {
 
     /// Replaces a fan that does not fill its polygon. One with an unusable corner has that corner everywhere afterwards, so
     /// that all of it is left out.
-    fn cut_fan(&mut self, columns: [&[f32]; 3], fan: &mut [[u32; 3]]) {
+    fn cut_fan(
+        &mut self,
+        columns: [&[f32]; 3],
+        fan: &mut [[u32; 3]],
+        budget: &Budget,
+    ) -> Result<(), BudgetError> {
         let point = |i: u32| position(columns, i);
         // A NaN makes this false.
         if fan_fills(ring(fan).map(point)) {
-            return;
+            return Ok(());
         }
         let unusable = ring(fan).find(|&i| point(i).is_nan());
         if let Some(unusable) = unusable {
             fan.fill([unusable; 3]);
-            return;
+            return Ok(());
         }
-        if fan.len() > MOST_CORNERS - 2 {
-            return;
-        }
+        let room = cutting_bytes(fan.len());
+        budget.take(room)?;
         let ring: Vec<u32> = ring(fan).collect();
         let corners: Vec<DVec3> = ring.iter().map(|&i| point(i)).collect();
         let cut = self.cut(&corners).unwrap_or_default();
         for (triangle, cut) in fan.iter_mut().zip(cut) {
             *triangle = cut.map(|i| ring[i as usize]);
         }
+        budget.give_back(room);
+        Ok(())
+    }
+}
+
+/// The memory that cutting a polygon takes, bytes.
+pub(super) fn cutting_bytes(triangles: usize) -> usize {
+    if triangles < LEAST_COUNTED {
+        0
+    } else {
+        triangles.saturating_mul(CORNER_BYTES)
     }
 }
 

@@ -16,7 +16,7 @@ use super::{
     mesh::{LoadedMesh, MeshFormat, Unusable, UpAxis, UpSource},
     offset::Offset,
     place::{TextFault, Words},
-    polygon::Fans,
+    polygon::{Fans, fans_note},
     reason::Reason,
     source::{Opened, Pieces},
 };
@@ -64,11 +64,12 @@ pub(super) fn read(opened: Opened, path: &Path, budget: &Budget) -> Result<Loade
 pub(super) fn parse(bytes: &[u8], path: &Path, budget: &Budget) -> Result<LoadedMesh, LoadError> {
     if is_text(bytes, bytes.len()) {
         let located = |fault: TextFault| fault.into_error(bytes, path);
-        let (columns, unusable, small) = text(bytes, budget).map_err(located)?;
+        let (columns, reader) = text(bytes, budget).map_err(located)?;
         let mut left_out = LeftOut::default();
-        left_out.small_faces(small);
+        left_out.small_faces(reader.small);
         let mut mesh = loaded(columns, left_out.note(path));
-        mesh.keep_used(unusable.map(located), path, budget)?;
+        mesh.notes.extend(fans_note(reader.complex, path));
+        mesh.keep_used(reader.unusable.map(located), path, budget)?;
         Ok(mesh)
     } else {
         Ok(binary(&bytes, path, budget)?.unwrap_or_default())
@@ -93,13 +94,20 @@ fn promised(head: &[u8]) -> Option<usize> {
 }
 
 /// Whether a file of `length` bytes, whose first [`HEAD`] are `head`, is text. Text begins with `solid`, but the header of
-/// a binary file may, too: such a file has the size that its count implies, or a NUL byte in its head.
+/// a binary file may, too: such a file has the size that its count implies, or a NUL byte in its head before other bytes.
 fn is_text(head: &[u8], length: usize) -> bool {
     let start = head.trim_ascii_start();
     let begins = start
         .get(..5)
         .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
-    begins && !has_binary_size(head, length) && !head.iter().take(HEAD).any(|&byte| byte == 0)
+    let head = head.get(..HEAD).unwrap_or(head);
+    begins && !has_binary_size(head, length) && !head[..text_end(head)].contains(&0)
+}
+
+/// Where text ends: some programs write NUL bytes after it.
+fn text_end(bytes: &[u8]) -> usize {
+    let is_last = |&byte: &u8| byte != 0 && !byte.is_ascii_whitespace();
+    bytes.iter().rposition(is_last).map_or(0, |last| last + 1)
 }
 
 /// Whether the bytes of a whole file are an STL mesh: binary of the right size, or text.
@@ -249,8 +257,9 @@ struct Reader<'a> {
     end: Range<usize>,
     offset: Offset,
     unusable: Unusable<TextFault>,
-    /// How many facets have fewer than three corners.
+    /// How many facets have fewer than three corners, and how many are too complex to be filled.
     small: usize,
+    complex: usize,
 }
 
 impl<'a> Reader<'a> {
@@ -288,24 +297,25 @@ impl<'a> Reader<'a> {
     }
 
     fn skip_line(&mut self) {
-        let from = self.words.position();
-        let line = self.text.get(from..).unwrap_or_default();
+        let (from, end) = (self.words.position(), self.end.end);
+        let line = self.text.get(from..end).unwrap_or_default();
         let ends = |&byte: &u8| byte == b'\n' || byte == b'\r';
         let length = line.iter().position(ends).unwrap_or(line.len());
-        self.words = Words::new(self.text, from + length..self.text.len());
+        self.words = Words::new(self.text, from + length..end);
     }
 }
 
-/// The mesh, its unusable vertices, and the number of facets with fewer than three corners.
-fn text(bytes: &[u8], budget: &Budget) -> Result<(TriangleMesh, Unusable<TextFault>, usize), TextFault> {
-    let end = bytes.trim_ascii_end().len();
+/// The mesh, and what its reader found.
+fn text<'a>(bytes: &'a [u8], budget: &Budget) -> Result<(TriangleMesh, Reader<'a>), TextFault> {
+    let end = text_end(bytes);
     let mut reader = Reader {
         text: bytes,
-        words: Words::new(bytes, 0..bytes.len()),
+        words: Words::new(bytes, 0..end),
         end: end..end,
         offset: budget.offset(),
         unusable: Unusable::default(),
         small: 0,
+        complex: 0,
     };
     let mut mesh = TriangleMesh::default();
     let mut fans = Fans::default();
@@ -336,8 +346,8 @@ fn text(bytes: &[u8], budget: &Budget) -> Result<(TriangleMesh, Unusable<TextFau
             "the file ends here, expected `endsolid`",
         ));
     }
-    fans.cut_concave(&mut mesh);
-    Ok((mesh, reader.unusable, reader.small))
+    reader.complex = fans.cut_concave(&mut mesh, budget)?;
+    Ok((mesh, reader))
 }
 
 fn facet(

@@ -248,11 +248,13 @@ impl Track<'_> {
     /// Where a time is; before the first keyframe and after the last one nothing moves. `None` without keyframes.
     fn span(&self, seconds: f64) -> Option<Span> {
         let last = self.times.count.checked_sub(1)?;
+        // Keyframes are `f32`: one that was written for 2.7 may be stored a little later.
+        let rounded = f64::from(seconds as f32);
         // By bisection: the first keyframe after the time.
         let (mut before, mut after) = (0, self.times.count);
         while before < after {
             let middle = before + (after - before) / 2;
-            if self.time(middle) <= seconds {
+            if self.time(middle) <= rounded {
                 before = middle + 1;
             } else {
                 after = middle;

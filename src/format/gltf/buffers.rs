@@ -29,6 +29,12 @@ use std::{
     rc::Rc,
 };
 
+/// What follows the scheme of a data URI (RFC 2397); `None` if it is another URI. Schemes may be in capitals.
+pub(super) fn data_of(uri: &str) -> Option<&str> {
+    let (scheme, data) = uri.split_once(':')?;
+    scheme.eq_ignore_ascii_case("data").then_some(data)
+}
+
 /// The bytes of a buffer.
 pub(super) type Bytes<'a> = Rc<Cow<'a, [u8]>>;
 
@@ -140,7 +146,7 @@ impl<'a> Buffers<'a> {
 
     /// What a URI holds or names; `name` is what errors call it.
     pub(super) fn uri(&mut self, name: &str, uri: &str) -> Result<Bytes<'a>, LoadError> {
-        match uri.strip_prefix("data:") {
+        match data_of(uri) {
             Some(data) => Ok(Rc::new(Cow::Owned(self.data(name, data)?))),
             None => self.beside(name, uri),
         }

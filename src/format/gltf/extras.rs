@@ -1,5 +1,6 @@
 //! Contents of a glTF file that octray does not read.
 
+use super::visibility::Hidden;
 use crate::format::left_out::LeftOut;
 use gltf::{
     json::{Material, Root, accessor::Type, mesh::Primitive, validation::Checked},
@@ -31,10 +32,36 @@ const NOT_LISTED: [&str; 18] = [
     "EXT_texture_",
 ];
 
-/// Whether a file has points or lines and no triangles: a cloud.
-pub(super) fn is_cloud(root: &Root) -> bool {
-    let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives).peekable();
+/// Whether a file shows points or lines and no triangles: a cloud.
+pub(super) fn is_cloud(root: &Root, hidden: &Hidden) -> bool {
+    let shown = shown_meshes(root, hidden);
+    let meshes = root.meshes.iter().zip(shown).filter(|(_, is_shown)| *is_shown);
+    let mut primitives = meshes.flat_map(|(mesh, _)| &mesh.primitives).peekable();
     primitives.peek().is_some() && primitives.all(|primitive| is_points(primitive) || is_lines(primitive))
+}
+
+/// Which meshes the default scene shows, or else the first one; all of them if there is none.
+fn shown_meshes(root: &Root, hidden: &Hidden) -> Vec<bool> {
+    let scene = root.scene.map_or(0, |scene| scene.value());
+    let Some(scene) = root.scenes.get(scene) else {
+        return vec![true; root.meshes.len()];
+    };
+    let mut shown = vec![false; root.meshes.len()];
+    let mut is_known = vec![false; root.nodes.len()];
+    let mut waiting: Vec<_> = scene.nodes.iter().collect();
+    // The indices are not checked yet.
+    while let Some(i) = waiting.pop().map(|node| node.value()) {
+        let Some(node) = root.nodes.get(i).filter(|_| !hidden.is_at(i)) else {
+            continue;
+        };
+        if !std::mem::replace(&mut is_known[i], true) {
+            waiting.extend(node.children.iter().flatten());
+            if let Some(shown) = node.mesh.and_then(|mesh| shown.get_mut(mesh.value())) {
+                *shown = true;
+            }
+        }
+    }
+    shown
 }
 
 /// Lists what octray does not read of a file. Points and lines are read if it is a cloud, and of its animations one if it

@@ -1,7 +1,7 @@
 //! Images of textures: in a buffer, in a data URI, or in a separate file.
 
 use super::{
-    buffers::{Buffers, Bytes},
+    buffers::{Buffers, Bytes, data_of},
     materials::exponent,
 };
 use crate::{
@@ -65,7 +65,7 @@ pub(super) fn read(
         encoded.push(read.as_ref().map(|read| {
             Encoded {
                 name: match source {
-                    Source::Uri(uri) if !uri.starts_with("data:") => uri.clone(),
+                    Source::Uri(uri) if data_of(uri).is_none() => uri.clone(),
                     _ => format!("images[{i}]"),
                 },
                 bytes: match read {

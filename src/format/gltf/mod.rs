@@ -45,7 +45,7 @@ use crate::error::LoadError;
 use buffers::Buffers;
 use compression::Compression;
 use gltf::{
-    Document, Glb,
+    Document,
     json::{self, validation::Validate},
 };
 use percent_encoding::percent_decode_str;
@@ -83,7 +83,8 @@ pub(super) fn parse(
     let parsed = estimate::parsed_size(json);
     budget.take(parsed).map_err(|error| error.into_error(path))?;
     let mut root = root(json, path, budget)?;
-    let is_cloud = extras::is_cloud(&root);
+    let hidden = visibility::Hidden::of(json);
+    let is_cloud = extras::is_cloud(&root, &hidden);
     let moment = budget.moment();
     let mut left_out = extras::left_out(&root, is_cloud, moment.is_some());
     let listed = animations::listed(&root);
@@ -98,7 +99,6 @@ pub(super) fn parse(
     let unsupported = materials::unsupported_textures(&root);
     let lights = lights::PunctualLights::of(json);
     let instancing = instancing::Instancing::of(json, path)?;
-    let hidden = visibility::Hidden::of(json);
     left_out.count(hidden.count(), "hidden node", "hidden nodes");
     let translations = translations::Translations::of(json, budget.offset());
     let document = document(root, path)?;
@@ -201,7 +201,7 @@ fn split<'a>(bytes: &'a [u8], path: &Path) -> Result<(&'a [u8], Option<&'a [u8]>
 fn texture_files(root: &json::Root, path: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for uri in root.images.iter().filter_map(|image| image.uri.as_deref()) {
-        if !uri.starts_with("data:") {
+        if buffers::data_of(uri).is_none() {
             let file = percent_decode_str(uri).decode_utf8_lossy();
             add_texture_file(&mut files, path, &file);
         }
@@ -229,7 +229,6 @@ fn split_binary(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     {
         return Err(other_version(&format!("{}.0", u32::from_le_bytes(version))));
     }
-    // The crate subtracts from the length unchecked.
     let length = bytes.get(8..).and_then(|rest| rest.first_chunk());
     let length = length.map_or(0, |&length| u32::from_le_bytes(length) as usize);
     if length < 20 || length > bytes.len() {
@@ -238,13 +237,30 @@ fn split_binary(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
             bytes.len()
         ));
     }
-    let whole = bytes.get(..length).unwrap_or(bytes);
-    let glb = Glb::from_slice(whole).map_err(|error| format!("broken binary glTF: {error}"))?;
-    match (glb.json, glb.bin) {
-        (std::borrow::Cow::Borrowed(json), None) => Ok((json, None)),
-        (std::borrow::Cow::Borrowed(json), Some(std::borrow::Cow::Borrowed(bin))) => Ok((json, Some(bin))),
-        _ => Err("broken binary glTF".to_owned()),
+    let mut rest = bytes.get(12..length).unwrap_or_default();
+    let (b"JSON", json) = next_chunk(&mut rest)? else {
+        return Err("broken binary glTF: its first chunk is not JSON".to_owned());
+    };
+    // Chunks of other types are ignored, as the specification says.
+    while !rest.is_empty() {
+        if let (b"BIN\0", buffer) = next_chunk(&mut rest)? {
+            return Ok((json, Some(buffer)));
+        }
     }
+    Ok((json, None))
+}
+
+/// The type of the next chunk of a .glb file, and its bytes.
+fn next_chunk<'a>(rest: &mut &'a [u8]) -> Result<(&'a [u8; 4], &'a [u8]), String> {
+    let split = |bytes: &'a [u8]| {
+        let (length, after) = bytes.split_first_chunk::<4>()?;
+        let (kind, after) = after.split_first_chunk::<4>()?;
+        let (chunk, after) = after.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+        Some(((kind, chunk), after))
+    };
+    let (chunk, after) = split(rest).ok_or("broken binary glTF: a chunk is cut short")?;
+    *rest = after;
+    Ok(chunk)
 }
 
 /// The error about a version that is not 2.

@@ -121,7 +121,7 @@ pub(super) struct Reading {
     pose_steps: usize,
     cameras: Vec<MeshCamera>,
     lights: Vec<Light>,
-    /// Whether the file has points or lines and no triangles.
+    /// Whether the file shows points or lines and no triangles.
     is_cloud: bool,
     has_lines: bool,
     /// The lights of the file.

@@ -85,29 +85,41 @@ fn transforms_of_nodes_within_nodes() {
 
 #[test]
 fn a_file_of_its_own_or_one_for_all() {
-    let as_uri = format!("data:application/octet-stream;base64,{}", base64(&buffer()));
-    let inside = changed("a%20b.bin", &as_uri).expect("a data URI");
-    assert_eq!(inside.columns.triangles.len(), 2);
+    for scheme in ["data", "DATA"] {
+        let as_uri = format!("{scheme}:application/octet-stream;base64,{}", base64(&buffer()));
+        let inside = changed("a%20b.bin", &as_uri).expect("a data URI");
+        assert_eq!(inside.columns.triangles.len(), 2);
+    }
 
     let json = SCENE.replace(r#","uri":"a%20b.bin""#, "");
     let mut json = json.into_bytes();
     json.resize(json.len().next_multiple_of(4), b' ');
-    let bin = buffer();
-    let length = 12 + 8 + json.len() + 8 + bin.len();
-    let mut glb = b"glTF\x02\0\0\0".to_vec();
-    glb.extend((length as u32).to_le_bytes());
-    for (kind, bytes) in [(b"JSON", &json), (b"BIN\0", &bin)] {
-        glb.extend((bytes.len() as u32).to_le_bytes());
-        glb.extend(kind);
-        glb.extend(bytes);
-    }
+    let (json, bin, other) = ((b"JSON", json), (b"BIN\0", buffer()), (b"ABCD", vec![0; 4]));
     let open = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
-    let mesh = parse(&glb, Path::new("a.glb"), open, &Budget::unlimited()).expect("a binary file");
-    assert_eq!(mesh.columns.x, load(SCENE).expect("a mesh").columns.x);
+    // Chunks of other types are ignored.
+    for chunks in [vec![&json, &other, &bin, &other], vec![&json, &bin]] {
+        let glb = binary(&chunks);
+        let mesh = parse(&glb, Path::new("a.glb"), open, &Budget::unlimited()).expect("a binary file");
+        assert_eq!(mesh.columns.x, load(SCENE).expect("a mesh").columns.x);
+    }
+    let glb = binary(&[&json, &other, &bin]);
     for cut in 0..glb.len() {
         let error = parse(&glb[..cut], Path::new("a.glb"), open, &Budget::unlimited());
         assert!(error.is_err(), "cut at {cut}");
     }
+}
+
+/// A .glb file of these chunks.
+fn binary(chunks: &[&(&[u8; 4], Vec<u8>)]) -> Vec<u8> {
+    let length = 12 + chunks.iter().map(|(_, bytes)| 8 + bytes.len()).sum::<usize>();
+    let mut glb = b"glTF\x02\0\0\0".to_vec();
+    glb.extend((length as u32).to_le_bytes());
+    for (kind, bytes) in chunks {
+        glb.extend((bytes.len() as u32).to_le_bytes());
+        glb.extend(*kind);
+        glb.extend(bytes);
+    }
+    glb
 }
 
 fn base64(bytes: &[u8]) -> String {

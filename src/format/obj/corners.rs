@@ -176,11 +176,13 @@ impl Corners {
         Ok(count)
     }
 
-    /// Triangulates concave faces; `mesh` holds the positions.
-    pub(super) fn cut_concave(&mut self, mesh: &TriangleMesh) {
+    /// Triangulates concave faces; `mesh` holds the positions. Returns how many too complex ones stay fans.
+    pub(super) fn cut_concave(&mut self, mesh: &TriangleMesh, budget: &Budget) -> Result<usize, BudgetError> {
         let mut cutter = Cutter::default();
         let (mut ring, mut points) = (Vec::new(), Vec::new());
         for triangles in self.polygons.polygons() {
+            let room = polygon::cutting_bytes(triangles.len());
+            budget.take(room)?;
             ring.clear();
             for i in triangles.clone() {
                 let new = if ring.is_empty() { 0 } else { 2 };
@@ -195,11 +197,10 @@ impl Corners {
             if let Some(unusable) = points.iter().position(|point: &DVec3| point.is_nan()) {
                 // All of the polygon is left out.
                 self.positions[triangles].fill([ring[unusable][0]; 3]);
+                budget.give_back(room);
                 continue;
             }
-            let Some(cut) = cutter.cut(&points) else {
-                continue;
-            };
+            let cut = cutter.cut(&points).unwrap_or_default();
             for (i, corners) in triangles.zip(cut) {
                 for (kind, all) in [&mut self.positions, &mut self.normals, &mut self.uvs]
                     .into_iter()
@@ -210,7 +211,9 @@ impl Corners {
                     }
                 }
             }
+            budget.give_back(room);
         }
+        Ok(cutter.given_up)
     }
 
     /// Moves texture coordinates as the surfaces of triangles say. Moved ones are added to `uvs`, since other surfaces may

@@ -1,9 +1,12 @@
 //! The material libraries that an OBJ file names.
 
-use super::{MOST_LIBRARIES, MOST_LIBRARY_BYTES, MOST_NOTES, Obj, mtl};
+use super::{FIRST_NAME, MOST_LIBRARIES, MOST_LIBRARY_BYTES, MOST_NOTES, NO_SURFACE, Obj, mtl};
 use crate::{
     error::{clip, clip_path, in_bytes},
-    format::{OpenMesh, budget::BudgetError, files, mesh::MAX_NAME, reason::Reason, textures::names},
+    format::{
+        OpenMesh, budget::BudgetError, files, left_out::name_list, mesh::MAX_NAME, reason::Reason,
+        textures::names,
+    },
     scene::MAX_MATERIALS,
 };
 use std::path::{Component, Path};
@@ -101,6 +104,49 @@ impl Obj<'_> {
         drop(bytes);
         self.budget.give_back(capacity);
         Ok(None)
+    }
+
+    /// The number of a name that no library has yet.
+    pub(super) fn missing(&mut self, name: &[u8]) -> Result<u32, BudgetError> {
+        // Also of the lists that are made of all names.
+        self.budget.take(name.len() + 2 * mtl::NAME_BYTES)?;
+        let number = FIRST_NAME + self.missing_materials.len() as u32;
+        self.missing_materials.insert(name.to_vec(), number);
+        Ok(number)
+    }
+
+    /// Gives triangles the surfaces of libraries that came after the names in them. Notes the names that no library has.
+    pub(super) fn find_late_materials(&mut self, path: &Path) {
+        if self.missing_materials.is_empty() {
+            return;
+        }
+        let mut names: Vec<(&u32, &Vec<u8>)> = self
+            .missing_materials
+            .iter()
+            .map(|(name, number)| (number, name))
+            .collect();
+        names.sort_unstable();
+        let surfaces = names
+            .iter()
+            .map(|(_, name)| self.surface_by_name.get(*name).copied());
+        let surfaces: Vec<Option<u32>> = surfaces.collect();
+        for surface in self
+            .surface_of
+            .iter_mut()
+            .filter(|surface| **surface >= FIRST_NAME)
+        {
+            let found = surfaces.get((*surface - FIRST_NAME) as usize);
+            *surface = found.copied().flatten().unwrap_or(NO_SURFACE);
+        }
+        let missing = names.iter().zip(&surfaces).filter(|(_, found)| found.is_none());
+        let missing = name_list(missing.map(|((_, name), _)| name.as_slice()));
+        // A library that could not be read has a note already.
+        if !self.surfaces.is_empty() && !missing.is_empty() {
+            let path = clip_path(path);
+            self.notes.push(format!(
+                "{path}: no material library has {missing}: shown in grey"
+            ));
+        }
     }
 
     /// Adds the materials of a library.

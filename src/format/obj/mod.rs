@@ -20,7 +20,7 @@ mod textures;
 use super::{
     OpenMesh,
     budget::{Budget, BudgetError},
-    left_out::{LeftOut, name_list},
+    left_out::LeftOut,
     mesh::{Cloud, LoadedMesh, MeshFormat, Surface, Unusable, UpAxis, UpSource, usable_normal},
     offset::Offset,
     place::{TextFault, Words, after_mark, refuse_binary},
@@ -43,6 +43,8 @@ use std::{
 
 /// A triangle without a known material.
 const NO_SURFACE: u32 = u32::MAX;
+/// Surfaces from this number on, and below [`NO_SURFACE`], stand for names that no library has had yet.
+const FIRST_NAME: u32 = 1 << 31;
 
 /// After this many notes no further library is read.
 const MOST_NOTES: usize = 20;
@@ -116,6 +118,7 @@ fn read(
     } else {
         None
     };
+    obj.find_late_materials(path);
     obj.note_left_out(text, path);
     let unusable = std::mem::take(&mut obj.unusable);
     Ok((obj.finish(elements, path, open)?, unusable))
@@ -142,8 +145,8 @@ struct Obj<'b> {
     /// The libraries that have been read, or could not be.
     libraries: HashSet<PathBuf>,
     library_bytes: usize,
-    /// Names of materials that no library has.
-    missing_materials: Vec<Vec<u8>>,
+    /// Names of materials that no library had when they were used, with their numbers: a library may come late.
+    missing_materials: HashMap<Vec<u8>, u32>,
     /// How many `vt` lines there are.
     texture_coordinates: usize,
     /// Empty unless `keeps_uvs`.
@@ -186,7 +189,7 @@ impl<'b> Obj<'b> {
             current: None,
             libraries: HashSet::new(),
             library_bytes: 0,
-            missing_materials: Vec::new(),
+            missing_materials: HashMap::new(),
             texture_coordinates: 0,
             uvs: Vec::new(),
             odd_uvs: 0,
@@ -272,11 +275,12 @@ impl<'b> Obj<'b> {
             }
             b"usemtl" => {
                 let name = name(&words);
-                self.current = self.surface_by_name.get(name).copied();
-                if self.current.is_none() && !self.missing_materials.iter().any(|missing| missing == name) {
-                    self.missing_materials.truncate(MOST_NOTES);
-                    self.missing_materials.push(name.to_vec());
-                }
+                let known = self.surface_by_name.get(name);
+                let known = known.or_else(|| self.missing_materials.get(name)).copied();
+                self.current = Some(match known {
+                    Some(known) => known,
+                    None => self.missing(name)?,
+                });
             }
             // The second pass only looks for an index.
             b"mtllib" if limits.is_none() => {
@@ -309,17 +313,8 @@ impl<'b> Obj<'b> {
         Ok(())
     }
 
-    /// Notes what is not read, and which materials are missing.
+    /// Notes what is not read.
     fn note_left_out(&mut self, text: &[u8], path: &Path) {
-        // A library that could not be read has a note already.
-        if !self.surfaces.is_empty() && !self.missing_materials.is_empty() {
-            let names = name_list(self.missing_materials.iter().map(Vec::as_slice));
-            let note = format!(
-                "{}: no material library has {names}: shown in grey",
-                clip_path(path)
-            );
-            self.notes.push(note);
-        }
         let mut left_out = LeftOut::default();
         left_out.small_faces(self.corners.small);
         left_out.odd_normals(self.odd_normals);
@@ -338,10 +333,7 @@ impl<'b> Obj<'b> {
         }
         if !self.corners.has_faces() && self.line_elements + self.point_elements == 0 && !self.x.is_empty() {
             let signs = [
-                (
-                    "usemtl",
-                    self.current.is_some() || !self.missing_materials.is_empty(),
-                ),
+                ("usemtl", self.current.is_some()),
                 ("mtllib", !self.libraries.is_empty()),
                 ("vt", self.texture_coordinates > 0),
                 ("vn", !self.normals.is_empty()),
@@ -408,7 +400,8 @@ impl<'b> Obj<'b> {
             Some(elements) => elements.keep(&mut columns, &mut self.surfaces)?,
             None => Vec::new(),
         };
-        self.corners.cut_concave(&columns);
+        let fans = self.corners.cut_concave(&columns, self.budget)?;
+        self.notes.extend(super::polygon::fans_note(fans, path));
         let moved = (&mut self.uvs, &self.surface_of[..], &self.shifts);
         self.corners.move_uvs(moved, self.budget)?;
         self.corners

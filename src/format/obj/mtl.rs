@@ -21,7 +21,7 @@ use crate::{
 use std::path::{Path, PathBuf};
 
 /// Memory of a material's name beside its letters, bytes: its allocation, and its entry in a map.
-const NAME_BYTES: usize = 80;
+pub(super) const NAME_BYTES: usize = 80;
 
 /// Materials that are less opaque would be invisible.
 const LEAST_OPACITY: f32 = 1.0 / 512.0;

@@ -55,6 +55,19 @@ fn a_position_with_two_normals_becomes_two_vertices() {
 }
 
 #[test]
+fn a_library_may_come_after_its_names() {
+    let text =
+        format!("{SQUARE}usemtl red\nf 1 2 3\nusemtl no\nf 1 2 3\nmtllib a b.mtl\nusemtl red\nf 1 2 4\n");
+    let mesh = load(&text, "newmtl blue\nKd 0 0 1\nnewmtl red\nKd 1 0 0\n").expect("a mesh");
+    assert_eq!(mesh.surface_of, [1, 2, 1]);
+    assert_eq!(mesh.surfaces[1].diffuse, [1.0, 0.0, 0.0]);
+    assert_eq!(
+        mesh.notes,
+        ["folder/a.obj: no material library has `no`: shown in grey"]
+    );
+}
+
+#[test]
 fn materials() {
     let mtl = "Kd 9 9 9\nnewmtl a\nKd 0.5\nnewmtl two words\nKd 0 1.5 0.25 # c\nKs 0.5 0.5 0.5\nNs 80.5\n\
         newmtl dull\nKD 1 0 0\nKs 1 1 1\nNs 0\nnewmtl odd\nKd spectral x.rfl\nmap_Kd x.png\n";

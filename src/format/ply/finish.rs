@@ -18,6 +18,7 @@ use crate::{
             Cloud, LoadedMesh, MeshFormat, Surface, UpAxis, UpSource, add_texture_file, clamp_colors,
             clamped_note,
         },
+        polygon::fans_note,
         textures::{Images, untextured_note},
         vertices::{NONE, Vertices},
     },
@@ -65,7 +66,8 @@ pub(super) fn finish(
         )?;
     }
     columns.triangles = triangles;
-    fans.cut_concave(&mut columns);
+    let complex = fans.cut_concave(&mut columns, budget)?;
+    notes.extend(fans_note(complex, path));
     Ok(LoadedMesh {
         columns,
         surfaces,

@@ -124,5 +124,35 @@ fn other_polygons_stay_fans() {
     ]));
     assert!(stays(&[[0.0, 0.0]; 5]));
     assert!(stays(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]));
-    assert!(stays(&[[0.0, 0.0]; MOST_CORNERS + 1]));
+}
+
+/// Teeth along a diagonal, `turned` so that a fan fills none of them.
+fn saw(corners: usize) -> Vec<[f64; 2]> {
+    let n = corners as f64;
+    let tooth = |i: usize| {
+        let (x, height) = (i as f64, if i % 2 == 1 { n } else { 0.0 });
+        [x - height, x + height]
+    };
+    let base = [[n + 1.0, n - 1.0], [1.0, -1.0]].into_iter();
+    base.chain((0..corners - 2).map(tooth)).collect()
+}
+
+#[test]
+fn very_large_polygons_are_filled_or_counted() {
+    let mut cutter = Cutter::default();
+    let fills = |cutter: &mut Cutter, polygon: &[[f64; 2]]| {
+        let corners = points(polygon, |x, y| DVec3::new(x, y, 0.0));
+        let area = area(&flattened(&corners)).abs() / 2.0;
+        let triangles = cutter.cut(&corners).unwrap_or_default();
+        (total_area(&corners, triangles) - area).abs() < 1e-9 * area
+    };
+    assert!(fills(&mut cutter, &gear(5000)));
+    assert!(fills(&mut cutter, &saw(1024)));
+    assert_eq!(cutter.given_up, 0);
+    assert!(!fills(&mut cutter, &saw(20_000)));
+    assert!(cutter.cut(&vec![DVec3::ZERO; MOST_CORNERS + 1]).is_none());
+    assert_eq!(cutter.given_up, 1);
+    let too_many = gear(MOST_CORNERS / 4 + 1);
+    assert!(!fills(&mut cutter, &too_many));
+    assert_eq!(cutter.given_up, 2);
 }

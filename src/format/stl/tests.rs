@@ -50,6 +50,10 @@ fn odd_but_fine() {
             .x
             .is_empty()
     );
+    for count in [3, 2000] {
+        let nul = [TEXT.as_bytes(), &vec![0; count]].concat();
+        assert_eq!(load(&nul).expect("text").triangles.len(), 2);
+    }
     let mut longer = binary_file(b"trailing bytes", &FACETS);
     longer.extend(b"more");
     assert_eq!(load(&longer).expect("longer").triangles.len(), 2);

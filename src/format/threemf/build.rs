@@ -286,10 +286,12 @@ impl<'a> Building<'a> {
             Shape::Mesh(mesh) => {
                 let base = self.columns.x.len() as u32;
                 let placed = add_positions(&mut self.columns, mesh, &world, self.package.budget().offset());
-                let corners = mesh
-                    .triangles
-                    .iter()
-                    .map(|corners| corners.map(|corner| corner + base));
+                let is_mirrored = world.matrix3.determinant() < 0.0;
+                let corners = mesh.triangles.iter().map(|corners| {
+                    let [a, b, c] = corners.map(|corner| corner + base);
+                    // Mirrored triangles keep their front.
+                    if is_mirrored { [a, c, b] } else { [a, b, c] }
+                });
                 self.columns.triangles.extend(corners);
                 self.surface_of.extend_from_slice(&mesh.surface_of);
                 add_attributes(&mut self.columns, mesh, &self.palette);

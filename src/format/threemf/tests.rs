@@ -122,6 +122,29 @@ fn components_and_items_are_placed() {
 }
 
 #[test]
+fn mirrored_triangles_keep_their_front() {
+    let resources = r##"<colorgroup id="5"><color color="#FF0000"/><color color="#00FF00"/></colorgroup>"##;
+    let triangles = r#"<triangles><triangle v1="0" v2="1" v3="2" pid="5" p1="0" p2="0" p3="1"/></triangles>"#;
+    let content = square(resources, "", triangles).replace(
+        "</resources><build>",
+        r#"<object id="10"><components><component objectid="9" transform="1 0 0 0 1 0 0 0 -1 0 0 0"/></components></object></resources><build>
+        <item objectid="9" transform="-1 0 0 0 1 0 0 0 1 0 0 0"/><item objectid="10" transform="-1 0 0 0 1 0 0 0 1 0 0 0"/>"#,
+    );
+    let mesh = loaded(&content).columns;
+    let [x, y] = [&mesh.x, &mesh.y].map(|column| move |i: u32| column[i as usize]);
+    // Counter-clockwise from the front, but for the second: mirrored twice, that is half a turn about y.
+    for (corners, front) in mesh.triangles.iter().zip([1.0, -1.0, 1.0]) {
+        let [a, b, c] = *corners;
+        let area = (x(b) - x(a)) * (y(c) - y(a)) - (y(b) - y(a)) * (x(c) - x(a));
+        assert_eq!(area, front);
+        let green = corners.map(|corner| mesh.colors[corner as usize][1]);
+        let of = |corner: u32| if y(corner) == 1.0 { 1.0 } else { 0.0 };
+        assert_eq!(green, corners.map(of));
+    }
+    assert_eq!(mesh.triangles.len(), 3);
+}
+
+#[test]
 fn materials_are_surfaces() {
     let materials = r##"<basematerials id="1"><base name="a" displaycolor="#FF0000"/><base name="b" displaycolor="#00FF0066"/>
         <base name="d" displaycolor="#00FF0000"/><base name="c" displaycolor="#ff0000"/></basematerials>

@@ -75,6 +75,27 @@ fn translations_go_from_keyframe_to_keyframe() {
     );
 }
 
+/// A keyframe for 2.7 seconds is stored as 2.700000047.
+#[test]
+fn a_keyframe_counts_from_its_own_time_on() {
+    for (key, before) in [(2.7_f32, 2.699_999), (0.04 * 3.0, 0.119_999)] {
+        let file = strip(|file| {
+            file.floats(2, "SCALAR", &[0.0, key]);
+            file.floats(2, "VEC3", &[0.0, 0.0, 0.0, 4.0, 0.0, 0.0]);
+        });
+        let json = file.finish(
+            r#""nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":5}]}],
+            "animations":[{"channels":[{"sampler":0,"target":{"node":0,"path":"translation"}}],
+            "samplers":[{"input":6,"output":7,"interpolation":"STEP"}]}]"#,
+        );
+        let time = format!("{key}").parse().expect("a number");
+        assert_eq!(
+            corner_at(&json, &[before, time]),
+            [[1.0, 0.0, 0.0], [5.0, 0.0, 0.0]]
+        );
+    }
+}
+
 #[test]
 fn rotations_turn_the_shorter_way_and_scales_grow() {
     let half = std::f32::consts::FRAC_1_SQRT_2;

@@ -217,3 +217,31 @@ fn materials_are_one_sided_unless_they_say_otherwise() {
     let without = changed(r#","material":0"#, "").expect("a mesh");
     assert!(without.surfaces.iter().all(|surface| !surface.textures.one_sided));
 }
+
+/// A set of points, and a triangle in a node of its own.
+#[test]
+fn what_the_scene_does_not_show_makes_no_cloud_a_mesh() {
+    let points = r#""meshes":[{"primitives":[{"mode":0,"attributes":{"POSITION":0}}]},"#;
+    let both = SCENE
+        .replace(r#""meshes":["#, points)
+        .replacen(r#"{"mesh":0}"#, r#"{"mesh":1}"#, 1);
+    let shown = |scenes: &str| {
+        let json = both.replace(r#""scenes":[{"nodes":[0,1]}]"#, scenes);
+        load(&json).map(|mesh| (mesh.cloud.is_some(), mesh.columns.x.len()))
+    };
+    assert_eq!(shown(r#""scenes":[{"nodes":[1]}]"#), Ok((true, 3)));
+    assert_eq!(
+        shown(r#""scenes":[{"nodes":[0]},{"nodes":[1]}],"scene":1"#),
+        Ok((true, 3))
+    );
+    assert_eq!(
+        shown(r#""scenes":[{"nodes":[0,1]},{"nodes":[1]}]"#),
+        Ok((false, 3))
+    );
+    let hidden = both.replacen(
+        r#"{"mesh":1}"#,
+        r#"{"mesh":1,"extensions":{"KHR_node_visibility":{"visible":false}}}"#,
+        1,
+    );
+    assert!(load(&hidden).expect("points").cloud.is_some());
+}
