@@ -452,6 +452,7 @@ fn bash_completes_a_scene_without_a_command() {
             &["--style", "--stats"],
         ),
         (&["octray", "a.scn", "--mode", ""], &["packet", "scalar"]),
+        (&["octray", "view", "--background", "w"], &["white"]),
         (&["octray", "info", "--js"], &["--json"]),
         // Left to bash, which completes files.
         (&["octray", "a.scn", ""], &[]),

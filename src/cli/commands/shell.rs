@@ -27,13 +27,31 @@ pub fn completions(shell: &str) -> Result<String, CliError> {
     // clap takes only names that live as long as the program.
     let names: Vec<&'static str> = names(&all).map(|name| &*name.to_owned().leak()).collect();
     let pages = PossibleValuesParser::new(names.clone());
-    let mut all = args::definition().mut_subcommand("man", |man| {
-        man.mut_arg("command", |command| command.value_parser(pages))
-    });
+    let mut all = args::definition()
+        .mut_subcommand("man", |man| offering(man, "command", pages))
+        .mut_subcommands(|command| {
+            WORDS.iter().fold(command, |command, (option, words)| {
+                offering(command, option, PossibleValuesParser::new(*words))
+            })
+        });
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut all, "octray", &mut script);
     let script = String::from_utf8_lossy(&script);
     Ok(scenes::with_scenes(shell, &script, &names))
+}
+
+/// Options that take words besides numbers or colours.
+const WORDS: [(&str, &[&str]); 2] = [
+    ("background", &["scene", "transparent", "white", "black"]),
+    ("samples", &["auto", "auto:64", "1", "16", "64"]),
+];
+
+/// Offers values for an argument, if the command has it.
+fn offering(command: Command, name: &'static str, values: PossibleValuesParser) -> Command {
+    if command.get_arguments().any(|arg| arg.get_id() == name) {
+        return command.mut_arg(name, |arg| arg.value_parser(values));
+    }
+    command
 }
 
 /// A manual page in roff: of octray as a whole, or of one command.
