@@ -110,7 +110,7 @@ impl RenderArgs {
         settings.validate()?;
         let is_exr = self.output.as_deref().and_then(Path::extension);
         let is_exr = is_exr.is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
-        let picture = self.picture.options(is_soft && !is_exr);
+        let picture = self.picture.options(is_soft, is_exr);
         Ok(Look { settings, picture })
     }
 

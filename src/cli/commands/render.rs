@@ -436,7 +436,7 @@ impl Call<'_> {
         self.written.add(written_name(output), times.total);
         self.save_pose(frame, camera);
         if let Some(comparison) = &frame.comparison {
-            let verdict = comparison.run(&picture, output.name())?;
+            let verdict = comparison.run(&picture, output, options.byte_transfer)?;
             self.verdicts.add(verdict, plan.quiet);
         }
         Ok(())
