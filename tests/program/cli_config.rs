@@ -452,7 +452,11 @@ fn bash_completes_a_scene_without_a_command() {
             &["--style", "--stats"],
         ),
         (&["octray", "a.scn", "--mode", ""], &["packet", "scalar"]),
-        (&["octray", "view", "--background", "w"], &["white"]),
+        (&["octray", "a.scn", "--mode", "=", "s"], &["scalar"]),
+        (&["octray", "--style", "=", "cl"], &["clay"]),
+        (&["octray", "a.scn", "--aov", "depth,no"], &["depth,normal"]),
+        (&["octray", "view", "a,b.obj", "b,"], &[]),
+        (&["octray", "a.scn", "--background", "w"], &["white"]),
         (&["octray", "info", "--js"], &["--json"]),
         // Left to bash, which completes files.
         (&["octray", "a.scn", ""], &[]),

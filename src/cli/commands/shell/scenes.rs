@@ -12,7 +12,7 @@ const COMMANDS: &str = "COMMANDS";
 const BASH: &str = r#"
 # The first word is a command or a scene; `octray SCENE ...` completes as `octray render SCENE ...`.
 _octray_or_scene() {
-    local commands=" COMMANDS " words=() word
+    local commands=" COMMANDS " words=() word current=$2 previous=$3 listed=
     if [[ $COMP_CWORD -eq 1 && $2 != -* ]]; then
         COMPREPLY=( $(compgen -W "$commands" -- "$2") )
         while IFS= read -r word; do
@@ -22,14 +22,23 @@ _octray_or_scene() {
         return
     fi
     if [[ $commands != *" ${COMP_WORDS[1]} "* ]]; then
+    # Bash splits `--option=value` into three words.
+    if [[ $previous == = && $COMP_CWORD -gt 2 ]]; then
+        previous=${COMP_WORDS[COMP_CWORD - 2]}
+    fi
+    # Of a list the last value is completed.
+    if [[ $previous == -* && $current == *,* ]]; then
+        listed=${current%,*},
+        current=${current##*,}
+    fi
         COMP_WORDS=("${COMP_WORDS[0]}" render "${COMP_WORDS[@]:1}")
         COMP_CWORD=$((COMP_CWORD + 1))
     fi
-    _octray "$@"
+    _octray "$1" "$current" "$previous"
     if [[ $2 != -* ]]; then
         # Neither options nor the names of arguments: files are completed if nothing else is left.
         for word in "${COMPREPLY[@]}"; do
-            [[ $word == [-\<\[]* ]] || words+=("$word")
+            [[ $word == [-\<\[]* ]] || words+=("$listed$word")
         done
         COMPREPLY=("${words[@]}")
     fi
