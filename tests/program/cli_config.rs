@@ -423,6 +423,13 @@ fn completions_for_every_shell() {
         .rsplit_once("function __fish_octray_needs_command")
         .unwrap();
     assert!(last.contains("contains -- $words[2] render ") && last.contains("echo render"));
+    for words in [
+        "completions\" -f -a \"bash",
+        "man\" -f -a \"render",
+        "generate\" -f -a \"",
+    ] {
+        assert!(last.contains(words), "{words}: {last}");
+    }
 }
 
 /// What bash offers for the last word of a command line.

@@ -25,8 +25,8 @@ pub fn completions(shell: &str) -> Result<String, CliError> {
     let mut all = args::definition();
     all.build();
     // clap takes only names that live as long as the program.
-    let names: Vec<&'static str> = names(&all).map(|name| &*name.to_owned().leak()).collect();
-    let pages = PossibleValuesParser::new(names.clone());
+    let pages: Vec<&'static str> = names(&all).map(|name| &*name.to_owned().leak()).collect();
+    let pages = PossibleValuesParser::new(pages);
     let mut all = args::definition()
         .mut_subcommand("man", |man| offering(man, "command", pages))
         .mut_subcommands(|command| {
@@ -37,7 +37,7 @@ pub fn completions(shell: &str) -> Result<String, CliError> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut all, "octray", &mut script);
     let script = String::from_utf8_lossy(&script);
-    Ok(scenes::with_scenes(shell, &script, &names))
+    Ok(scenes::with_scenes(shell, &script, &all))
 }
 
 /// Options that take words besides numbers or colours.
