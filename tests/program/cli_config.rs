@@ -482,20 +482,13 @@ fn every_command_has_a_manual_page() {
     let run = folder.run(&["man"]);
     let page = run.succeeded().text();
     assert!(page.contains(".TH octray 1") && page.contains("render"), "{page}");
-    for command in [
-        "render",
-        "info",
-        "bench",
-        "generate",
-        "merge",
-        "job",
-        "completions",
-        "man",
-    ] {
+    for command in "render info bench generate merge job completions man".split(' ') {
         let run = folder.run(&["man", command]);
         let page = run.succeeded().text();
         assert!(page.contains(&format!("octray-{command}")), "{page}");
         assert!(page.contains("OPTIONS"), "{page}");
     }
+    let help = folder.run(&["man", "help"]);
+    assert!(!help.succeeded().text().contains("octray\\-help\\-"), "{help:?}");
     folder.fails(&["man", "rendre"], 2, "expected one of render, ");
 }

@@ -67,7 +67,10 @@ pub fn man(command: Option<&str>) -> Result<String, CliError> {
         Some(name) => {
             let found = all.get_subcommands().find(|command| command.get_name() == name);
             let page = found.ok_or_else(|| no_command(&all, name))?;
-            page.clone().display_name(format!("octray-{name}"))
+            let page = page.clone().display_name(format!("octray-{name}"));
+            // The words after `octray help` are no commands with pages of their own.
+            page.subcommand_value_name("COMMAND")
+                .mut_subcommands(|word| word.hide(true))
         }
     };
     let mut text = Vec::new();
