@@ -268,7 +268,7 @@ fn errors_say_where_a_default_is_set() {
         (
             "animation = 'walk'\n",
             "swing.gltf",
-            1,
+            2,
             "there is no animation `walk`, expected `swing`; --animation is set in c.toml:1:1",
         ),
         (
@@ -296,7 +296,7 @@ fn errors_say_where_a_default_is_set() {
     }
     folder.write("c.toml", "animation-time = 1\n");
     let run = folder.shell("\"$0\" - -o a.png --config=c.toml < a.obj");
-    run.failed(1, "; --animation-time is set in c.toml:1:1");
+    run.failed(2, "; --animation-time is set in c.toml:1:1");
     folder
         .run_line("job --for=parallel --into=farm a.obj --config=c.toml --tiles=1x1")
         .succeeded();
