@@ -2,6 +2,7 @@
 
 use crate::{
     error::{LoadError, clip_path, io_reason},
+    format::mesh::NO_ANIMATION,
     render::RenderError,
     scene::CameraError,
 };
@@ -14,7 +15,7 @@ pub enum CliError {
     Usage(String),
     /// The arguments are wrong, and clap has said so already. Exit code 2.
     UsageShown,
-    /// The scene cannot be loaded. Exit code 1.
+    /// The scene cannot be loaded. Exit code 1, or 2 if it does not have the animation that is asked for.
     Load(LoadError),
     /// The disk or a limit failed. Exit code 1.
     Failed(String),
@@ -35,6 +36,7 @@ impl CliError {
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
+            Self::Load(error) if error.message.starts_with(NO_ANIMATION) => 2,
             Self::Load(_) | Self::Failed(_) | Self::Memory(_) | Self::ClosedPipe => 1,
             Self::Usage(_) | Self::UsageShown => 2,
             Self::NoDisplay(_) => 3,

@@ -179,6 +179,7 @@ pub fn picture(
     let format = if request.floats { Format::Exr } else { Format::Png };
     let options = PictureOptions {
         transfer,
+        byte_transfer: transfer,
         backdrop: request.backdrop,
         aovs: Vec::new(),
         z_step: Z_STEP,

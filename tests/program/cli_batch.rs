@@ -228,6 +228,25 @@ fn equal_pictures_agree_in_every_lossless_format() {
     assert!(!folder.names().iter().any(|name| name.contains("difference")));
 }
 
+/// Pictures of meshes are sRGB, but their EXR files are linear.
+#[test]
+fn bytes_are_compared_with_floats() {
+    let folder = Folder::new();
+    folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    for background in ["scene", "transparent"] {
+        let line = format!("a.obj {SMALL} --background {background}");
+        folder.run_line(&format!("{line} -o ref.png")).succeeded();
+        folder.run_line(&format!("{line} -o ref.exr")).succeeded();
+        for [reference, output] in [["ref.png", "new.exr"], ["ref.exr", "new.png"]] {
+            let run = folder.run_line(&format!("{line} -o {output} --compare {reference}"));
+            let agrees = run.stderr.contains("agrees with");
+            assert!(agrees && run.code == Some(0), "{run:?}");
+        }
+        let run = folder.run_line(&format!("{line} --linear -o new.exr --compare ref.png"));
+        run.failed(5, "differs from");
+    }
+}
+
 /// Floats have premultiplied colours, bytes straight ones. The average has alpha if a picture has.
 #[test]
 fn half_transparent_pictures_are_compared() {

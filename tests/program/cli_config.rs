@@ -268,7 +268,7 @@ fn errors_say_where_a_default_is_set() {
         (
             "animation = 'walk'\n",
             "swing.gltf",
-            1,
+            2,
             "there is no animation `walk`, expected `swing`; --animation is set in c.toml:1:1",
         ),
         (
@@ -296,7 +296,7 @@ fn errors_say_where_a_default_is_set() {
     }
     folder.write("c.toml", "animation-time = 1\n");
     let run = folder.shell("\"$0\" - -o a.png --config=c.toml < a.obj");
-    run.failed(1, "; --animation-time is set in c.toml:1:1");
+    run.failed(2, "; --animation-time is set in c.toml:1:1");
     folder
         .run_line("job --for=parallel --into=farm a.obj --config=c.toml --tiles=1x1")
         .succeeded();
@@ -423,6 +423,13 @@ fn completions_for_every_shell() {
         .rsplit_once("function __fish_octray_needs_command")
         .unwrap();
     assert!(last.contains("contains -- $words[2] render ") && last.contains("echo render"));
+    for words in [
+        "completions\" -f -a \"bash",
+        "man\" -f -a \"render",
+        "generate\" -f -a \"",
+    ] {
+        assert!(last.contains(words), "{words}: {last}");
+    }
 }
 
 /// What bash offers for the last word of a command line.
@@ -452,6 +459,11 @@ fn bash_completes_a_scene_without_a_command() {
             &["--style", "--stats"],
         ),
         (&["octray", "a.scn", "--mode", ""], &["packet", "scalar"]),
+        (&["octray", "a.scn", "--mode", "=", "s"], &["scalar"]),
+        (&["octray", "--style", "=", "cl"], &["clay"]),
+        (&["octray", "a.scn", "--aov", "depth,no"], &["depth,normal"]),
+        (&["octray", "view", "a,b.obj", "b,"], &[]),
+        (&["octray", "a.scn", "--background", "w"], &["white"]),
         (&["octray", "info", "--js"], &["--json"]),
         // Left to bash, which completes files.
         (&["octray", "a.scn", ""], &[]),
@@ -470,20 +482,13 @@ fn every_command_has_a_manual_page() {
     let run = folder.run(&["man"]);
     let page = run.succeeded().text();
     assert!(page.contains(".TH octray 1") && page.contains("render"), "{page}");
-    for command in [
-        "render",
-        "info",
-        "bench",
-        "generate",
-        "merge",
-        "job",
-        "completions",
-        "man",
-    ] {
+    for command in "render info bench generate merge job completions man".split(' ') {
         let run = folder.run(&["man", command]);
         let page = run.succeeded().text();
         assert!(page.contains(&format!("octray-{command}")), "{page}");
         assert!(page.contains("OPTIONS"), "{page}");
     }
+    let help = folder.run(&["man", "help"]);
+    assert!(!help.succeeded().text().contains("octray\\-help\\-"), "{help:?}");
     folder.fails(&["man", "rendre"], 2, "expected one of render, ");
 }

@@ -86,6 +86,21 @@ fn the_camera_sees_all_poses_and_stands_still() {
     assert!(picture(&folder, "f6.png") == whole);
 }
 
+/// Of a turntable nothing is played.
+#[test]
+fn frames_per_second_without_an_animation_are_reported() {
+    let folder = folder();
+    for (options, is_idle) in [
+        ("--turntable=2 -o a#.png", true),
+        ("--frames=1 -o b#.png", false),
+        ("--turntable=2 -o a.gif", false),
+    ] {
+        let run = folder.run_line(&format!("swing.gltf -s=8 --style=plain --fps=2 {options}"));
+        let found = run.stderr.contains("--fps has no effect");
+        assert_eq!((run.code, found), (Some(0), is_idle), "{options}: {run:?}");
+    }
+}
+
 /// Large files are read by several threads, before the pictures have names.
 #[test]
 fn large_files_are_played() {

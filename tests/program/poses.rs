@@ -491,7 +491,7 @@ fn broken_poses_are_refused() {
     }
     folder.fails(
         &["a.scn", "--ortho=2", "--save-poses=t.json", SMALL],
-        1,
+        2,
         "orthographic",
     );
 }

@@ -68,6 +68,23 @@ fn signals_leave_nothing() {
     }
 }
 
+/// Also where the work does not stop by itself soon enough.
+#[test]
+fn signals_leave_no_progress_bar() {
+    let folder = Folder::new();
+    let command = format!("timeout -s TERM 1 '{PROGRAM}' {} -o a.png", LONG.join(" "));
+    let Ok(output) = folder
+        .any_command("script", &["-qec", &command, "/dev/null"])
+        .output()
+    else {
+        println!("skipped: this needs `script`");
+        return;
+    };
+    let shown = String::from_utf8_lossy(&output.stdout);
+    let after = shown.rsplit_once("left").map_or("\x1b[2K", |(_, after)| after);
+    assert!(after.contains("\x1b[2K"), "{shown}");
+}
+
 /// bash goes on with its loop after a program that handled Ctrl-C and exited, even with 130.
 #[cfg(target_os = "linux")]
 #[test]

@@ -115,10 +115,11 @@ impl StyleArgs {
 }
 
 impl PictureArgs {
-    /// As plain values. `is_srgb`: by itself, because of a soft style.
-    pub fn options(&self, is_srgb: bool) -> PictureOptions {
+    /// As plain values. `is_srgb`: by itself, because of a soft style; not if the file `is_exr`.
+    pub fn options(&self, is_srgb: bool, is_exr: bool) -> PictureOptions {
         PictureOptions {
-            transfer: self.transfer.transfer(is_srgb),
+            transfer: self.transfer.transfer(is_srgb && !is_exr),
+            byte_transfer: self.transfer.transfer(is_srgb),
             backdrop: self.background.unwrap_or_default(),
             aovs: self.aovs.clone(),
             z_step: self.z_step.unwrap_or(Z_STEP),

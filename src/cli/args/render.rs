@@ -17,7 +17,7 @@ use crate::{
             MeshOptions, Pictures, Planned, Playing, PoseFile, RenderPlan, StartView, check_inputs,
             check_pattern, explained, has_number, is_standard_stream,
         },
-        write::{AovKind, is_foreign},
+        write::{AovKind, Output, is_foreign},
     },
     error::clip_path,
     whole_file::follow_links,
@@ -110,7 +110,7 @@ impl RenderArgs {
         settings.validate()?;
         let is_exr = self.output.as_deref().and_then(Path::extension);
         let is_exr = is_exr.is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
-        let picture = self.picture.options(is_soft && !is_exr);
+        let picture = self.picture.options(is_soft, is_exr);
         Ok(Look { settings, picture })
     }
 
@@ -304,7 +304,10 @@ impl RenderArgs {
         }
         load::memory::check_threads(self.trace.threads.count())?;
         let json = self.json_target(&jobs)?;
+        let mut notes = poses.as_ref().map_or(Vec::new(), |poses| poses.notes.clone());
+        notes.extend(self.fps_note(&jobs));
         Ok(RenderPlan {
+            notes,
             looks,
             build: self.trace.build,
             fps: self.series.fps(),
@@ -322,6 +325,14 @@ impl RenderArgs {
             json,
             quiet: self.quiet,
         })
+    }
+
+    /// The warning about `--fps` that nothing heeds.
+    fn fps_note(&self, jobs: &[Job]) -> Option<String> {
+        let is_typed = self.series.fps.is_some() && !self.is_default("fps") && !jobs.is_empty();
+        let heeds = |job: &Job| job.input.mesh.playback.is_some() || job.outputs().any(Output::is_animation);
+        (is_typed && !jobs.iter().any(heeds))
+            .then(|| "no animation is written or played, so --fps has no effect".to_owned())
     }
 
     /// Where the JSON goes. Refuses the files of the jobs' pictures.

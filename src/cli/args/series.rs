@@ -145,7 +145,8 @@ impl SeriesArgs {
 #[command(next_help_heading = "Comparison")]
 pub struct CompareArgs {
     /// Compare the rendered picture with this one, and exit with 5 if they differ. Pixels with alpha 0 in both are equal; in
-    /// EXR files their colours count. The figures are of red, green, blue and, unless all pixels of both are opaque, alpha
+    /// EXR files their colours count. If only one of both has floats (EXR, float TIFF), they become bytes first, as this call
+    /// would write them to a PNG. The figures are of red, green, blue and, unless all pixels of both are opaque, alpha
     #[arg(long, value_name = "REFERENCE")]
     pub compare: Option<PathBuf>,
 

@@ -117,6 +117,7 @@ impl ViewArgs {
         settings.validate()?;
         let picture = PictureOptions {
             transfer: self.transfer.transfer(is_soft),
+            byte_transfer: self.transfer.transfer(is_soft),
             backdrop: Backdrop::Scene,
             aovs: Vec::new(),
             z_step: Z_STEP,

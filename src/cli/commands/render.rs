@@ -109,8 +109,8 @@ fn render(plan: &RenderPlan, start: Instant) -> Result<(), CliError> {
         skipped: 0,
         json: String::new(),
     };
-    if let Some(poses) = plan.poses.as_ref().filter(|_| !plan.quiet) {
-        report::warnings(poses.notes.iter().cloned());
+    if !plan.quiet {
+        report::warnings(plan.notes.iter().cloned());
     }
     for (path, error) in &plan.skipped {
         call.skip(path, error);
@@ -432,7 +432,7 @@ impl Call<'_> {
         self.written.add(written_name(output), times.total);
         self.save_pose(frame, camera);
         if let Some(comparison) = &frame.comparison {
-            let verdict = comparison.run(&picture, output.name())?;
+            let verdict = comparison.run(&picture, output, options.byte_transfer)?;
             self.verdicts.add(verdict, plan.quiet);
         }
         Ok(())

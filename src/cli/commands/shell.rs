@@ -25,15 +25,33 @@ pub fn completions(shell: &str) -> Result<String, CliError> {
     let mut all = args::definition();
     all.build();
     // clap takes only names that live as long as the program.
-    let names: Vec<&'static str> = names(&all).map(|name| &*name.to_owned().leak()).collect();
-    let pages = PossibleValuesParser::new(names.clone());
-    let mut all = args::definition().mut_subcommand("man", |man| {
-        man.mut_arg("command", |command| command.value_parser(pages))
-    });
+    let pages: Vec<&'static str> = names(&all).map(|name| &*name.to_owned().leak()).collect();
+    let pages = PossibleValuesParser::new(pages);
+    let mut all = args::definition()
+        .mut_subcommand("man", |man| offering(man, "command", pages))
+        .mut_subcommands(|command| {
+            WORDS.iter().fold(command, |command, (option, words)| {
+                offering(command, option, PossibleValuesParser::new(*words))
+            })
+        });
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut all, "octray", &mut script);
     let script = String::from_utf8_lossy(&script);
-    Ok(scenes::with_scenes(shell, &script, &names))
+    Ok(scenes::with_scenes(shell, &script, &all))
+}
+
+/// Options that take words besides numbers or colours.
+const WORDS: [(&str, &[&str]); 2] = [
+    ("background", &["scene", "transparent", "white", "black"]),
+    ("samples", &["auto", "auto:64", "1", "16", "64"]),
+];
+
+/// Offers values for an argument, if the command has it.
+fn offering(command: Command, name: &'static str, values: PossibleValuesParser) -> Command {
+    if command.get_arguments().any(|arg| arg.get_id() == name) {
+        return command.mut_arg(name, |arg| arg.value_parser(values));
+    }
+    command
 }
 
 /// A manual page in roff: of octray as a whole, or of one command.
@@ -49,7 +67,10 @@ pub fn man(command: Option<&str>) -> Result<String, CliError> {
         Some(name) => {
             let found = all.get_subcommands().find(|command| command.get_name() == name);
             let page = found.ok_or_else(|| no_command(&all, name))?;
-            page.clone().display_name(format!("octray-{name}"))
+            let page = page.clone().display_name(format!("octray-{name}"));
+            // The words after `octray help` are no commands with pages of their own.
+            page.subcommand_value_name("COMMAND")
+                .mut_subcommands(|word| word.hide(true))
         }
     };
     let mut text = Vec::new();

@@ -101,7 +101,10 @@ fn with_place(error: CliError, default: &ConfigDefault) -> CliError {
         CliError::Usage(text) => CliError::Usage(text + &note),
         CliError::Failed(text) => CliError::Failed(text + &note),
         CliError::Memory(text) => CliError::Memory(text + &note),
-        CliError::Load(error) => CliError::Failed(error.report() + &note),
+        CliError::Load(ref load) => match error.exit_code() {
+            2 => CliError::Usage(load.report() + &note),
+            _ => CliError::Failed(load.report() + &note),
+        },
         error => error,
     }
 }

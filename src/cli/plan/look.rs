@@ -82,6 +82,8 @@ impl FromStr for Backdrop {
 pub struct PictureOptions {
     /// How linear channels become bytes.
     pub transfer: Transfer,
+    /// The same for a file of bytes, with which an EXR picture may be compared.
+    pub byte_transfer: Transfer,
     pub backdrop: Backdrop,
     pub aovs: Vec<AovKind>,
     /// Units of a step of depth in a PNG file.

@@ -40,6 +40,8 @@ pub struct RenderPlan {
     pub sheet: Option<SheetPlan>,
     /// Go on with the next scene if one cannot be loaded.
     pub keep_going: bool,
+    /// Warnings about the command line and its poses.
+    pub notes: Vec<String>,
     /// Scenes that were skipped so far, and why.
     pub skipped: Vec<(PathBuf, CliError)>,
     /// Memory that the call may take, bytes.

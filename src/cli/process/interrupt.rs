@@ -3,7 +3,7 @@
 //! Where signals can end a process, they do, once the temporary files are removed: a shell stops its loop at Ctrl-C only if
 //! the program in it died of SIGINT.
 
-use crate::cli::CliError;
+use crate::cli::{CliError, report};
 use signal_hook::{consts, flag};
 use std::{
     sync::{
@@ -99,7 +99,9 @@ pub fn end_by_signal() {
 
 /// Other systems have exit codes only.
 #[cfg(not(unix))]
-pub fn end_by_signal() {}
+pub fn end_by_signal() {
+    report::remove_bar();
+}
 
 /// With a handler, exceeding the file size limit fails the write instead of killing the process, and the temporary file is
 /// removed.
@@ -128,6 +130,7 @@ fn is_ignored(signal: i32) -> bool {
 #[cfg(unix)]
 fn die_of(signal: i32) -> ! {
     use signal_hook::low_level;
+    report::remove_bar();
     // The first process of a container has no default actions.
     if std::process::id() != 1 {
         let _ = low_level::emulate_default_handler(signal);

@@ -21,7 +21,7 @@ pub use message::{
     check_stdout, end, error, flush, note, notes_to_terminal, print, print_bytes, prints_to_terminal,
     skipped, tame_json, warnings,
 };
-pub use progress::{RenderBar, StageBar, VerifyBar};
+pub use progress::{RenderBar, StageBar, VerifyBar, remove_bar};
 pub use stats::{RenderReport, Times};
 #[cfg(feature = "viewer")]
 pub use text::quoted;

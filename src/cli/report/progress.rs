@@ -2,14 +2,16 @@
 
 use super::grouped;
 use crate::{cli::process::Interrupt, render::Progress, verify::Done};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle, WeakProgressBar};
 use std::{
     fmt::Write,
     ops::ControlFlow,
     sync::{
-        OnceLock,
+        Mutex, OnceLock, PoisonError,
         atomic::{AtomicU64, Ordering},
+        mpsc,
     },
+    thread,
     time::{Duration, Instant},
 };
 
@@ -17,6 +19,34 @@ use std::{
 const PATIENCE: Duration = Duration::from_millis(200);
 /// Redraws a second.
 const RATE_HZ: u8 = 10;
+/// How long a terminal may take to remove the bar when the process ends.
+const CLEARING: Duration = Duration::from_millis(100);
+
+/// The last bar that was made.
+static LAST: Mutex<Option<WeakProgressBar>> = Mutex::new(None);
+
+/// Removes the bar that is shown, if there is one, before a signal ends the process. A terminal that takes no output does not
+/// keep it alive.
+pub fn remove_bar() {
+    let last = LAST.lock().unwrap_or_else(PoisonError::into_inner).take();
+    let Some(bar) = last.and_then(|bar| bar.upgrade()) else {
+        return;
+    };
+    let (done, cleared) = mpsc::channel();
+    let clear = move || {
+        bar.finish_and_clear();
+        let _ = done.send(());
+    };
+    if thread::Builder::new().spawn(clear).is_ok() {
+        let _ = cleared.recv_timeout(CLEARING);
+    }
+}
+
+/// A bar that [`remove_bar`] removes.
+fn remembered(bar: ProgressBar) -> ProgressBar {
+    *LAST.lock().unwrap_or_else(PoisonError::into_inner) = Some(bar.downgrade());
+    bar
+}
 
 /// Progress of a stage of work, with the time left. The threads that work report to it.
 pub struct StageBar {
@@ -53,7 +83,7 @@ impl StageBar {
     pub fn show(&self, done: u64, total: u64) {
         if self.visible && self.start.elapsed() > PATIENCE {
             self.shown
-                .get_or_init(|| new_bar(&self.what, total).with_elapsed(self.start.elapsed()))
+                .get_or_init(|| remembered(new_bar(&self.what, total)).with_elapsed(self.start.elapsed()))
                 .set_position(done);
         }
     }
@@ -154,7 +184,7 @@ impl VerifyBar {
                 Ok(style) => bar.with_style(style),
                 Err(_) => bar,
             };
-            (bar, rays)
+            (remembered(bar), rays)
         }))
     }
 

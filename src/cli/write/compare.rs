@@ -78,17 +78,16 @@ impl Comparison {
         &self.reference
     }
 
-    /// Compares the picture, called `name` in messages, and writes the difference picture if they differ.
+    /// Compares the picture of an output, and writes the difference picture if they differ. If only one of both files has
+    /// floats, they become bytes by `transfer`.
     ///
     /// # Errors
     /// [`CliError`]; a difference is not an error here.
-    pub fn run(&self, picture: &Picture, name: &str) -> Result<Verdict, CliError> {
+    pub fn run(&self, picture: &Picture, output: &Output, transfer: Transfer) -> Result<Verdict, CliError> {
         let reference = self.read()?;
-        let floats = has_floats(&reference)
-            && picture.transfer == Transfer::Linear
-            && !matches!(picture.pixels, Pixels::Bytes(_));
-        let reference = Reference::new(reference, floats)?;
-        let ours = Ours::new(picture, floats);
+        let floats = output.is_exr() && has_floats(&reference);
+        let reference = Reference::new(reference, floats, transfer)?;
+        let ours = Ours::new(picture, floats, transfer);
         let both = |i| [ours.levels(i), reference.levels(i)];
         let levels = |i| {
             let [ours, theirs] = both(i);
@@ -99,7 +98,7 @@ impl Comparison {
         let figures = Figures::new(pixels, is_opaque, self.tolerance, levels);
         let agrees = figures.differing as f64 <= self.allow_pixels * figures.pixels as f64;
         let mut shown = (!agrees).then(|| self.difference(figures.largest, levels));
-        let mut text = figures.text(name, &self.reference, self.tolerance, shown.is_none());
+        let mut text = figures.text(output.name(), &self.reference, self.tolerance, shown.is_none());
         if let Some(shown) = &mut shown {
             self.output.write(shown)?;
             text.push_str(&format!("; shown in {}", self.output.name()));
@@ -164,8 +163,8 @@ fn has_floats(picture: &DynamicImage) -> bool {
 }
 
 impl Reference {
-    /// With floats as they are, or as bytes, which are straight.
-    fn new(picture: DynamicImage, floats: bool) -> Result<Self, CliError> {
+    /// With floats as they are, or as bytes by `transfer`, which are straight.
+    fn new(picture: DynamicImage, floats: bool, transfer: Transfer) -> Result<Self, CliError> {
         if !has_floats(&picture) {
             return Ok(Self::Bytes(picture.into_rgba8().into_raw()));
         }
@@ -177,7 +176,7 @@ impl Reference {
         film.try_resize(picture.width(), picture.height())
             .map_err(|_| CliError::Memory("not enough memory for the reference".into()))?;
         film.pixels_mut().copy_from_slice(picture.as_raw().as_chunks().0);
-        Ok(Self::Bytes(film.to_bytes(Transfer::Linear)))
+        Ok(Self::Bytes(film.to_bytes(transfer)))
     }
 
     fn levels(&self, i: usize) -> [f32; 4] {
@@ -197,13 +196,13 @@ enum Ours<'a> {
 }
 
 impl<'a> Ours<'a> {
-    fn new(picture: &'a Picture, floats: bool) -> Self {
+    fn new(picture: &'a Picture, floats: bool, transfer: Transfer) -> Self {
         match &picture.pixels {
             Pixels::Bytes(film) => Self::Bytes(film.pixels().as_flattened().into(), 3),
             Pixels::Linear(film) if floats => Self::Floats(film),
-            Pixels::Linear(film) => Self::Bytes(film.to_bytes(picture.transfer).into(), 3),
+            Pixels::Linear(film) => Self::Bytes(film.to_bytes(transfer).into(), 3),
             Pixels::Transparent(film) if floats => Self::FloatsWithAlpha(film),
-            Pixels::Transparent(film) => Self::Bytes(film.to_bytes(picture.transfer).into(), 4),
+            Pixels::Transparent(film) => Self::Bytes(film.to_bytes(transfer).into(), 4),
             Pixels::Gray {
                 bytes, pixel_bytes, ..
             } => Self::Bytes(bytes.into(), *pixel_bytes),

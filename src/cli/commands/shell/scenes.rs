@@ -1,8 +1,9 @@
-//! `octray SCENE ...` in completion scripts, which is short for `octray render SCENE ...`.
+//! What completion scripts of clap_complete lack. Above all `octray SCENE ...`, which is short for `octray render SCENE ...`.
 //!
 //! clap knows nothing of it, so what clap_complete makes of its definition is told that the first word is `render` unless it
 //! is a command.
 
+use clap::{Arg, Command};
 use clap_complete::Shell;
 
 /// Stands for the names of all commands, separated by spaces.
@@ -12,7 +13,7 @@ const COMMANDS: &str = "COMMANDS";
 const BASH: &str = r#"
 # The first word is a command or a scene; `octray SCENE ...` completes as `octray render SCENE ...`.
 _octray_or_scene() {
-    local commands=" COMMANDS " words=() word
+    local commands=" COMMANDS " words=() word current=$2 previous=$3 listed=
     if [[ $COMP_CWORD -eq 1 && $2 != -* ]]; then
         COMPREPLY=( $(compgen -W "$commands" -- "$2") )
         while IFS= read -r word; do
@@ -21,15 +22,24 @@ _octray_or_scene() {
         compopt -o filenames 2>/dev/null
         return
     fi
+    # Bash splits `--option=value` into three words.
+    if [[ $previous == = && $COMP_CWORD -gt 2 ]]; then
+        previous=${COMP_WORDS[COMP_CWORD - 2]}
+    fi
+    # Of a list the last value is completed.
+    if [[ $previous == -* && $current == *,* ]]; then
+        listed=${current%,*},
+        current=${current##*,}
+    fi
     if [[ $commands != *" ${COMP_WORDS[1]} "* ]]; then
         COMP_WORDS=("${COMP_WORDS[0]}" render "${COMP_WORDS[@]:1}")
         COMP_CWORD=$((COMP_CWORD + 1))
     fi
-    _octray "$@"
+    _octray "$1" "$current" "$previous"
     if [[ $2 != -* ]]; then
         # Neither options nor the names of arguments: files are completed if nothing else is left.
         for word in "${COMPREPLY[@]}"; do
-            [[ $word == [-\<\[]* ]] || words+=("$word")
+            [[ $word == [-\<\[]* ]] || words+=("$listed$word")
         done
         COMPREPLY=("${words[@]}")
     fi
@@ -87,8 +97,9 @@ const ZSH_REST: &str = "\n'*::";
 /// The same with options between them.
 const ZSH_MIXED: &str = "\n'*:";
 
-/// A script of clap_complete that also completes `octray SCENE ...`: for bash, zsh and fish.
-pub fn with_scenes(shell: Shell, script: &str, commands: &[&str]) -> String {
+/// A script of clap_complete that also completes `octray SCENE ...`: for bash, zsh and fish. `all` is its built definition.
+pub fn with_scenes(shell: Shell, script: &str, all: &Command) -> String {
+    let commands: Vec<&str> = super::names(all).collect();
     let filled = |text: &str| text.replace(COMMANDS, &commands.join(" "));
     match shell {
         Shell::Bash => script.replace(BASH_FILES, "COMPREPLY=()") + &filled(BASH),
@@ -97,7 +108,27 @@ pub fn with_scenes(shell: Shell, script: &str, commands: &[&str]) -> String {
                 .replace(ZSH_REST, ZSH_MIXED)
                 .replacen(ZSH_START, &(ZSH_START.to_owned() + &filled(ZSH)), 1)
         }
-        Shell::Fish => script.to_owned() + &filled(FISH),
+        Shell::Fish => script.to_owned() + &filled(FISH) + &fish_words(all),
         _ => script.to_owned(),
     }
+}
+
+/// The words of arguments without options, which clap_complete leaves out for fish.
+fn fish_words(all: &Command) -> String {
+    let mut lines = String::new();
+    for command in all.get_subcommands() {
+        let words = command.get_positionals().flat_map(Arg::get_possible_values);
+        let words = words.map(|word| {
+            let help = word.get_help().map(ToString::to_string).unwrap_or_default();
+            format!("{}\\t'{}'", word.get_name(), help.replace('\'', "\\'"))
+        });
+        let words: Vec<String> = words.collect();
+        if !words.is_empty() {
+            let (name, words) = (command.get_name(), words.join("\n"));
+            lines += &format!(
+                "complete -c octray -n \"__fish_octray_using_subcommand {name}\" -f -a \"{words}\"\n"
+            );
+        }
+    }
+    lines
 }

@@ -180,13 +180,13 @@ impl SavedPoses {
     /// Refuses a camera that cannot be saved.
     ///
     /// # Errors
-    /// [`CliError::Failed`] for orthographic cameras.
+    /// [`CliError::Usage`] for orthographic cameras.
     pub fn check(camera: &Camera) -> Result<(), CliError> {
         if camera.intrinsics(1, 1).is_some() {
             return Ok(());
         }
         let why = "--save-poses: an orthographic camera has no focal length";
-        Err(CliError::Failed(why.into()))
+        Err(CliError::Usage(why.into()))
     }
 
     /// Adds the camera of a picture, which [`Self::check`] allows.
