@@ -237,3 +237,15 @@ fn instances_that_are_nowhere_have_frames() {
     let info = folder.run(&["info", "none.scn"]);
     assert!(info.text().contains("3 (2 keyframes move nothing)"), "{info:?}");
 }
+
+/// Some editors put a byte order mark first.
+#[test]
+fn frames_are_counted_behind_byte_order_marks() {
+    let folder = folder();
+    folder.write("marked.scn", "\u{feff}include keys.scn\nsphere 0 0 0 1\n");
+    folder.write("keys.scn", "\u{feff}include part.scn\n");
+    folder
+        .run(&["marked.scn", SMALL, "-q", "--frames=4", "-o", "f.png"])
+        .succeeded();
+    folder.fails(&["marked.scn", "--frames=5", "-o", "f.png"], 2, "from 1 to 4");
+}
