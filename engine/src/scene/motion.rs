@@ -313,6 +313,11 @@ impl CameraMotion {
         self.0.0.iter().map(|(time, _)| *time)
     }
 
+    /// Whether there is a lens at a keyframe.
+    pub(super) fn has_lens(&self) -> bool {
+        self.0.0.iter().any(|(_, view)| view.lens.aperture > 0.0)
+    }
+
     /// Refuses a time for the next keyframe.
     #[doc(hidden)]
     pub fn check_time(&self, time: f64) -> Result<(), SceneError> {

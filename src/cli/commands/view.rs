@@ -331,7 +331,7 @@ impl Host for Program {
             return None;
         }
         let own = scene.cameras_at(frame.into()).ok()?;
-        let camera = self.input.camera.for_cameras(&own, scene.mesh_cameras()).ok()?;
+        let camera = self.input.camera.for_cameras(scene, &own).ok()?;
         Some(camera.view().into())
     }
 

@@ -78,7 +78,7 @@ pub fn check_cameras(job: &Job, scene: &Scene) -> Result<(), CliError> {
     for turn in turns.filter(|_| scene.moves()) {
         let own = scene.cameras_at(turn.number.into());
         let own = own.map_err(|error| CliError::Failed(error.to_string()))?;
-        job.input.camera.for_cameras(&own, scene.mesh_cameras())?;
+        job.input.camera.for_cameras(scene, &own)?;
     }
     Ok(())
 }
