@@ -1,7 +1,7 @@
 //! The statement `camera`.
 
 use super::{
-    Reader,
+    Place, Reader,
     arguments::Arguments,
     at::{self, Moved, MovedThing},
     statements::again,
@@ -62,7 +62,6 @@ impl Reader<'_> {
         }
         let camera = checked(&arguments, &view, &places)?;
         let name = name.map(|word| String::from_utf8_lossy(word.text).into_owned());
-        let at = arguments.line.at(arguments.keyword.start);
         if let Some(first) = self.seen.cameras.get(&name) {
             let what = name.map_or_else(
                 || "camera without a name".to_owned(),
@@ -74,7 +73,7 @@ impl Reader<'_> {
             let message = format!("more than {MAX_CAMERAS} cameras in one scene");
             return Err(arguments.line.too_many(&arguments.keyword, message));
         }
-        self.seen.cameras.insert(name.clone(), at);
+        self.seen.cameras.insert(name.clone(), Place::of(&arguments));
         if moves {
             let what = MovedThing::Camera {
                 name,
