@@ -278,3 +278,23 @@ fn a_lens_that_opens_has_a_focus() {
         folder.fails(&arguments, 2, "--focus needs a lens");
     }
 }
+
+#[test]
+fn a_frame_without_a_view_is_named() {
+    let folder = folder();
+    folder.write("c.toml", "up = '0,1,0'\n");
+    for (times, frame) in [(["1", "3"], 3), (["3", "1"], 1)] {
+        let [at, ends] = times.map(|time| format!("at {time}"));
+        let side = format!(" {at}\n");
+        let end = format!(" {ends} eye 0 3 0\n");
+        let keyframes = if frame == 1 { end + &side } else { side + &end };
+        folder.write(
+            "turns.scn",
+            &format!("camera eye 3 0 0 target 0 0 0\n{keyframes}sphere 0 0 0 1\n"),
+        );
+        let place = format!("for a view straight down (in frame {frame})");
+        folder.fails(&["turns.scn", "--up=0,1,0", "-o", "f#.png"], 2, &place);
+        let set = format!("{place}; --up is set in c.toml:1:1");
+        folder.fails(&["turns.scn", "--config=c.toml", "-o", "f#.png"], 2, &set);
+    }
+}

@@ -111,14 +111,14 @@ impl CameraOptions {
     /// # Errors
     /// [`CliError::Usage`]: no such camera, or the options make no view.
     pub fn for_scene(&self, scene: &Scene) -> Result<Camera, CliError> {
-        self.for_cameras(scene, scene.cameras())
+        self.at_time(scene, scene.cameras(), scene.time())
     }
 
-    /// The camera for a scene at a time at which its own cameras are `own`.
+    /// The camera for a scene at a time, at which its own cameras are `own`.
     ///
     /// # Errors
     /// As [`Self::for_scene`].
-    pub fn for_cameras(&self, scene: &Scene, own: &[NamedCamera]) -> Result<Camera, CliError> {
+    pub fn at_time(&self, scene: &Scene, own: &[NamedCamera], time: f64) -> Result<Camera, CliError> {
         if let Some(camera) = self.without_scene()? {
             return Ok(camera);
         }
@@ -128,7 +128,13 @@ impl CameraOptions {
             Some(selected) => selected.camera.view(),
             None => viewpoint(1)?,
         };
-        Ok(Camera::new(&self.changed(view, self.has_lens(Some(scene)))?)?)
+        let view = self.changed(view, self.has_lens(Some(scene)))?;
+        Camera::new(&view).map_err(|error| match CliError::from(error) {
+            CliError::Usage(why) if scene.moving_counts()[1] > 0 => {
+                CliError::Usage(format!("{why} (in frame {time})"))
+            }
+            error => error,
+        })
     }
 
     /// The camera for a mesh whose `up` axis points up. By default it frames the mesh for a picture of that aspect
