@@ -210,25 +210,36 @@ struct Reader<'a> {
 /// The places of statements that a scene has at most once.
 #[derive(Default)]
 struct Seen {
-    background: Option<SourcePos>,
-    ambient: Option<SourcePos>,
-    smooth_shadows: Option<SourcePos>,
-    ambient_specular: Option<SourcePos>,
+    background: Option<Place>,
+    ambient: Option<Place>,
+    smooth_shadows: Option<Place>,
+    ambient_specular: Option<Place>,
     /// By name.
-    cameras: HashMap<Option<String>, SourcePos>,
+    cameras: HashMap<Option<String>, Place>,
+}
+
+/// The place of a statement, and of the `include` statements that lead there. A file may be included twice.
+struct Place {
+    at: SourcePos,
+    includes: Vec<SourcePos>,
+}
+
+impl Place {
+    fn of(arguments: &Arguments<'_, '_>) -> Self {
+        Self {
+            at: arguments.line.at(arguments.keyword.start),
+            includes: arguments.line.includes.to_vec(),
+        }
+    }
 }
 
 impl Seen {
     /// Remembers the place of a statement, and rejects a second one.
-    fn once(
-        seen: &mut Option<SourcePos>,
-        arguments: &Arguments<'_, '_>,
-        what: &str,
-    ) -> Result<(), LoadError> {
+    fn once(seen: &mut Option<Place>, arguments: &Arguments<'_, '_>, what: &str) -> Result<(), LoadError> {
         if let Some(first) = seen {
             return Err(again(arguments, what, first));
         }
-        *seen = Some(arguments.line.at(arguments.keyword.start));
+        *seen = Some(Place::of(arguments));
         Ok(())
     }
 }
@@ -250,6 +261,7 @@ impl Reader<'_> {
         self.includes.enter(identity, name.to_path_buf());
         self.last_statement = "";
         let mut rest = text;
+        let includes = self.includes.places();
         for (i, bytes) in text.split(|&byte| byte == b'\n').enumerate() {
             let number = u32::try_from(i + 1).unwrap_or(u32::MAX);
             rest = rest.get(bytes.len() + 1..).unwrap_or_default();
@@ -258,6 +270,7 @@ impl Reader<'_> {
                 number,
                 bytes,
                 rest,
+                includes: &includes,
             })?;
         }
         self.end_motion()?;

@@ -121,6 +121,33 @@ fn a_volume_is_glass() {
     assert_eq!(surface(&with_material(&clear)).material(), Material::GLASS);
 }
 
+/// Glass and unlit surfaces show as much without light.
+#[test]
+fn what_needs_no_light_is_not_noted() {
+    let glass = r#"{"extensions":{"KHR_materials_transmission":{"transmissionFactor":1},
+        "KHR_materials_volume":{"thicknessFactor":1}},"pbrMetallicRoughness":{"metallicFactor":0}}"#;
+    let unlit = r#"{"extensions":{"KHR_materials_unlit":{}}}"#;
+    for (material, needs_light) in [
+        (glass.to_owned(), false),
+        (unlit.to_owned(), false),
+        // No triangle has the second.
+        (format!("{unlit},{{}}"), false),
+        ("{}".to_owned(), true),
+    ] {
+        let gltf = with_material(&material);
+        // Once, and so often that the file is kept.
+        let thrice = "mesh body.gltf translate 1 0 0\nmesh body.gltf translate 2 0 0\nmesh body.gltf";
+        for text in ["mesh body.gltf", thrice, "instance body.gltf"] {
+            let scene = load(text, &gltf).unwrap_or_else(|error| panic!("{}", error.report()));
+            let notes = &scene.sources().notes;
+            let is_noted = notes.iter().any(|note| note.contains("the scene has no light"));
+            assert_eq!(is_noted, needs_light, "{material} {text}: {notes:?}");
+        }
+    }
+    let matte = load("material matte\ninstance body.gltf", &with_material(unlit)).unwrap();
+    assert_eq!(matte.sources().notes.len(), 1);
+}
+
 #[test]
 fn what_is_left_out_of_transmission() {
     let transmission = |factors: &str, pbr: &str| {

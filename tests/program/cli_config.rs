@@ -377,9 +377,12 @@ fn jobs_focus_the_lens_of_a_scene() {
         "lens.scn",
         "camera eye 3 3 3 target 0 0 0 aperture 0.5\nsphere 0 0 0 1\n",
     );
+    let opens = "camera eye 3 3 3 target 0 0 0\n at 1\n at 5 aperture 0.5\nsphere 0 0 0 1\n";
+    folder.write("opens.scn", opens);
     folder.write("c.toml", "focus = 2\n");
     for (options, is_focused) in [
         ("plain.scn", false),
+        ("opens.scn --frames=1", true),
         ("lens.scn", true),
         ("lens.scn --view=2", false),
         ("lens.scn --aperture=0", false),

@@ -117,3 +117,36 @@ fn streams_have_the_json_and_nothing_else() {
         );
     }
 }
+
+/// Statements can be read again, and pinholes have no focus.
+#[test]
+fn info_says_opacities_and_lenses() {
+    let folder = Folder::new();
+    folder.write(
+        "c.scn",
+        "camera eye 3 0 1 target 0 0 0 aperture 0 focus 2\n\
+         material silhouette cd 1 0 0 opacity 0.5 tinted\nsphere 0 0 0 1\n\
+         material matte cd 0 1 0 checker 0 0 1 size 2 opacity 0.25\nsphere 3 0 0 1\n",
+    );
+    let info = |name: &str| -> serde_json::Value {
+        let run = folder.run(&["info", name, "--json=-"]);
+        serde_json::from_str(run.text()).unwrap()
+    };
+    let (found, mut again) = (info("c.scn"), String::new());
+    for material in found["materials"].as_array().unwrap() {
+        assert!(material["textures"].is_null(), "{material}");
+        again += &format!(
+            "material {}\nsphere 0 0 0 1\n",
+            material["statement"].as_str().unwrap()
+        );
+    }
+    assert!(again.contains("cd 1 0 0 opacity 0.5 tinted\n"), "{again}");
+    assert!(again.contains(" size 2 opacity 0.25\n"), "{again}");
+    folder.write("again.scn", &again);
+    assert_eq!(info("again.scn")["materials"], found["materials"]);
+    let camera = &found["cameras"][0];
+    assert!(
+        camera.get("focus").is_none() && camera.get("aperture").is_none(),
+        "{camera}"
+    );
+}

@@ -237,3 +237,64 @@ fn instances_that_are_nowhere_have_frames() {
     let info = folder.run(&["info", "none.scn"]);
     assert!(info.text().contains("3 (2 keyframes move nothing)"), "{info:?}");
 }
+
+/// Some editors put a byte order mark first.
+#[test]
+fn frames_are_counted_behind_byte_order_marks() {
+    let folder = folder();
+    folder.write("marked.scn", "\u{feff}include keys.scn\nsphere 0 0 0 1\n");
+    folder.write("keys.scn", "\u{feff}include part.scn\n");
+    folder
+        .run(&["marked.scn", SMALL, "-q", "--frames=4", "-o", "f.png"])
+        .succeeded();
+    folder.fails(&["marked.scn", "--frames=5", "-o", "f.png"], 2, "from 1 to 4");
+}
+
+/// A camera has a lens if it has one at any keyframe.
+#[test]
+fn a_lens_that_opens_has_a_focus() {
+    let folder = folder();
+    let opens =
+        "camera a eye 3 0 0 target 0 0 0\n at 1\n at 5 aperture 0.5\nsphere 0 0 0 1\ninstance m.obj\n";
+    folder.write("opens.scn", opens);
+    folder.write("focused.scn", &opens.replace("\n at 1", " focus 2\n at 1"));
+    let frames = [SMALL, "-q", "--frames=1-5"];
+    let call = |more: &[&str]| folder.run(&[&frames[..], more].concat()).succeeded().code;
+    call(&["opens.scn", "--camera=a", "--focus=2", "-o", "o#.png"]);
+    call(&["focused.scn", "-o", "f#.png"]);
+    call(&["opens.scn", "-o", "t#.png"]);
+    // In the first frame it is a pinhole.
+    for (frame, differs) in [(1, false), (5, true)] {
+        let [o, f, t] = ["o", "f", "t"].map(|name| read(&folder, &format!("{name}{frame}.png")));
+        assert!(o == f && (o != t) == differs, "{frame}");
+    }
+    folder.write("plain.scn", &opens.replace("aperture 0.5", "eye 4 0 0"));
+    for line in [
+        "plain.scn --focus=2",
+        "opens.scn --focus=2 --aperture=0",
+        "opens.scn --focus=2 --view=1",
+    ] {
+        let arguments: Vec<&str> = line.split(' ').chain(["--frames=5", "-o", "p.png"]).collect();
+        folder.fails(&arguments, 2, "--focus needs a lens");
+    }
+}
+
+#[test]
+fn a_frame_without_a_view_is_named() {
+    let folder = folder();
+    folder.write("c.toml", "up = '0,1,0'\n");
+    for (times, frame) in [(["1", "3"], 3), (["3", "1"], 1)] {
+        let [at, ends] = times.map(|time| format!("at {time}"));
+        let side = format!(" {at}\n");
+        let end = format!(" {ends} eye 0 3 0\n");
+        let keyframes = if frame == 1 { end + &side } else { side + &end };
+        folder.write(
+            "turns.scn",
+            &format!("camera eye 3 0 0 target 0 0 0\n{keyframes}sphere 0 0 0 1\n"),
+        );
+        let place = format!("for a view straight down (in frame {frame})");
+        folder.fails(&["turns.scn", "--up=0,1,0", "-o", "f#.png"], 2, &place);
+        let set = format!("{place}; --up is set in c.toml:1:1");
+        folder.fails(&["turns.scn", "--config=c.toml", "-o", "f#.png"], 2, &set);
+    }
+}

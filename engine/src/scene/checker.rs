@@ -1,6 +1,6 @@
 //! Checkerboards in space, filtered analytically.
 
-use super::material::check_color;
+use super::{builder::usable, material::check_color};
 use crate::error::SceneError;
 use glam::{DVec3, Vec3};
 
@@ -26,9 +26,7 @@ impl Checker {
     pub(super) fn check(&self) -> Result<(), SceneError> {
         self.colors.into_iter().try_for_each(check_color)?;
         let (what, value) = ("size", self.size);
-        if !value.is_finite() {
-            return Err(SceneError::NotUsable { what, value });
-        }
+        usable(what, value)?;
         if value <= 0.0 {
             return Err(SceneError::NotPositive { what, value });
         }

@@ -71,8 +71,8 @@ impl Step {
     }
 }
 
-/// Interpolates two rotations: about the same axis the angles, which may be several turns, else by slerp (Shoemake,
-/// *Animating Rotation with Quaternion Curves*, 1985).
+/// Interpolates two rotations: about the same axis, or opposite ones, the angles, which may be several turns, else by slerp
+/// (Shoemake, *Animating Rotation with Quaternion Curves*, 1985).
 fn rotation_between(
     (axis, degrees): (DVec3, f64),
     (next_axis, next_degrees): (DVec3, f64),
@@ -215,7 +215,8 @@ impl Motion {
     /// Returns the placement at a time: between two keyframes each step is interpolated; before the first and after the last
     /// keyframe nothing moves.
     ///
-    /// Numbers are interpolated linearly, and angles too if both rotations have the same axis; other rotations by slerp.
+    /// Numbers are interpolated linearly, and angles too if both rotations have the same axis, or opposite ones; other
+    /// rotations by slerp.
     #[must_use]
     pub fn at(&self, time: f64) -> Transform {
         let Some((from, to, share)) = self.0.around(time) else {
@@ -311,6 +312,11 @@ impl CameraMotion {
     /// Returns the times of the keyframes, in ascending order.
     pub fn times(&self) -> impl ExactSizeIterator<Item = f64> {
         self.0.0.iter().map(|(time, _)| *time)
+    }
+
+    /// Whether there is a lens at a keyframe.
+    pub(super) fn has_lens(&self) -> bool {
+        self.0.0.iter().any(|(_, view)| view.lens.aperture > 0.0)
     }
 
     /// Refuses a time for the next keyframe.

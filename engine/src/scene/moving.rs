@@ -307,6 +307,16 @@ impl Scene {
         Ok(cameras)
     }
 
+    /// Returns whether one of the scene's own cameras has a lens; a moving one, at any keyframe.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn has_lens(&self, camera: usize) -> bool {
+        match self.moving.cameras.iter().find(|moving| moving.id == camera) {
+            Some(moving) => moving.motion.has_lens(),
+            None => self.cameras.get(camera).is_some_and(|own| own.camera.has_lens()),
+        }
+    }
+
     /// Returns whether an instance or a camera moves.
     #[must_use]
     pub fn moves(&self) -> bool {

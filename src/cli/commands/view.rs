@@ -330,8 +330,9 @@ impl Host for Program {
         if !scene.moves() {
             return None;
         }
-        let own = scene.cameras_at(frame.into()).ok()?;
-        let camera = self.input.camera.for_cameras(&own, scene.mesh_cameras()).ok()?;
+        let time = frame.into();
+        let own = scene.cameras_at(time).ok()?;
+        let camera = self.input.camera.at_time(scene, &own, time).ok()?;
         Some(camera.view().into())
     }
 

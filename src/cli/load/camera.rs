@@ -86,37 +86,55 @@ impl CameraOptions {
         self.applied_to(view).map(Some)
     }
 
+    /// The index of the selected camera among a scene's own and then those of its meshes; `None` for a viewpoint.
+    fn selected(&self, scene: &Scene) -> Result<Option<usize>, CliError> {
+        let StartView::Named(name) = &self.start else {
+            let is_own = !matches!(self.start, StartView::Eye(_) | StartView::Classic(_));
+            return Ok((is_own && !scene.cameras().is_empty()).then_some(0));
+        };
+        let cameras = scene.cameras().iter().chain(scene.mesh_cameras());
+        let names: Vec<&str> = cameras
+            .map(|camera| camera.name.as_deref().unwrap_or_default())
+            .collect();
+        find("the scene", &names, name).map(Some)
+    }
+
+    /// Whether there is a lens: of the options or of the selected camera of a scene, if it moves at any keyframe.
+    pub fn has_lens(&self, scene: Option<&Scene>) -> bool {
+        let own = |scene: &Scene| matches!(self.selected(scene), Ok(Some(index)) if scene.has_lens(index));
+        self.aperture
+            .map_or_else(|| scene.is_some_and(own), |aperture| aperture > 0.0)
+    }
+
     /// The camera for a scene.
     ///
     /// # Errors
     /// [`CliError::Usage`]: no such camera, or the options make no view.
     pub fn for_scene(&self, scene: &Scene) -> Result<Camera, CliError> {
-        self.for_cameras(scene.cameras(), scene.mesh_cameras())
+        self.at_time(scene, scene.cameras(), scene.time())
     }
 
-    /// The camera for a scene with these cameras of its own and of its meshes.
+    /// The camera for a scene at a time, at which its own cameras are `own`.
     ///
     /// # Errors
     /// As [`Self::for_scene`].
-    pub fn for_cameras(&self, own: &[NamedCamera], of_meshes: &[NamedCamera]) -> Result<Camera, CliError> {
+    pub fn at_time(&self, scene: &Scene, own: &[NamedCamera], time: f64) -> Result<Camera, CliError> {
         if let Some(camera) = self.without_scene()? {
             return Ok(camera);
         }
-        let view = match &self.start {
-            StartView::Named(name) => {
-                let cameras: Vec<_> = own.iter().chain(of_meshes).collect();
-                let names: Vec<&str> = cameras
-                    .iter()
-                    .map(|camera| camera.name.as_deref().unwrap_or_default())
-                    .collect();
-                cameras[find("the scene", &names, name)?].camera.view()
-            }
-            _ => match own.first() {
-                Some(first) => first.camera.view(),
-                None => viewpoint(1)?,
-            },
+        let mut cameras = own.iter().chain(scene.mesh_cameras());
+        let selected = self.selected(scene)?;
+        let view = match selected.and_then(|index| cameras.nth(index)) {
+            Some(selected) => selected.camera.view(),
+            None => viewpoint(1)?,
         };
-        self.applied_to(view)
+        let view = self.changed(view, self.has_lens(Some(scene)))?;
+        Camera::new(&view).map_err(|error| match CliError::from(error) {
+            CliError::Usage(why) if scene.moving_counts()[1] > 0 => {
+                CliError::Usage(format!("{why} (in frame {time})"))
+            }
+            error => error,
+        })
     }
 
     /// The camera for a mesh whose `up` axis points up. By default it frames the mesh for a picture of that aspect
@@ -187,25 +205,29 @@ impl CameraOptions {
         })
     }
 
+    /// The camera of a view without a lens.
     fn applied_to(&self, view: View) -> Result<Camera, CliError> {
-        let aperture = self.aperture.unwrap_or(view.lens.aperture);
-        let is_stray = aperture == 0.0 && self.defaults.contains(&FOCUS);
+        Ok(Camera::new(&self.changed(view, self.has_lens(None))?)?)
+    }
+
+    /// A view with the changes of the options. In single frames a lens may have an aperture of 0.
+    fn changed(&self, view: View, has_lens: bool) -> Result<View, CliError> {
+        let is_stray = !has_lens && self.defaults.contains(&FOCUS);
         let focus = self.focus.filter(|_| !is_stray);
-        let lens = Lens {
-            aperture,
-            focus: focus.or(view.lens.focus),
-        };
-        if focus.is_some() && aperture == 0.0 {
+        if focus.is_some() && !has_lens {
             let why = "--focus needs a lens: give its diameter with --aperture";
             return Err(CliError::Usage(why.into()));
         }
-        Ok(Camera::new(&View {
+        Ok(View {
             eye: view.eye,
             target: self.target.unwrap_or(view.target),
             up: self.up.unwrap_or(view.up),
             projection: self.projection.unwrap_or(view.projection),
-            lens,
-        })?)
+            lens: Lens {
+                aperture: self.aperture.unwrap_or(view.lens.aperture),
+                focus: focus.or(view.lens.focus),
+            },
+        })
     }
 }
 

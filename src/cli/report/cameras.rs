@@ -26,7 +26,7 @@ pub(super) struct CameraInfo {
     /// Diameter of the lens, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     aperture: Option<f64>,
-    /// Distance in focus, if it is not the target's.
+    /// Distance in focus of the lens, if it is not the target's.
     #[serde(skip_serializing_if = "Option::is_none")]
     focus: Option<f64>,
 }
@@ -40,7 +40,7 @@ pub(super) struct AnimationInfo {
 
 impl CameraInfo {
     pub(super) fn new(camera: &NamedCamera, positions: Positions) -> Self {
-        let view = camera.camera.view();
+        let (view, has_lens) = (camera.camera.view(), camera.camera.has_lens());
         let (fov, ortho) = match view.projection {
             Projection::Perspective { fov_degrees } => (Some(fov_degrees), None),
             Projection::Orthographic { height } => (None, Some(height)),
@@ -53,8 +53,8 @@ impl CameraInfo {
             up: view.up.to_array(),
             fov,
             ortho,
-            aperture: Some(view.lens.aperture).filter(|diameter| *diameter > 0.0),
-            focus: view.lens.focus,
+            aperture: has_lens.then_some(view.lens.aperture),
+            focus: view.lens.focus.filter(|_| has_lens),
         }
     }
 

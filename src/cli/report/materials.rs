@@ -1,7 +1,7 @@
 //! The materials that `octray info` shows.
 
 use super::info::{count, list};
-use crate::scene::{Image, Material, MaterialId, Scene};
+use crate::scene::{Image, Material, MaterialId, Opacity, Scene, SurfaceTextures};
 use serde::Serialize;
 
 #[derive(Debug, Serialize)]
@@ -10,7 +10,7 @@ pub(super) struct MaterialUse {
     kind: &'static str,
     /// As a statement of a scene file.
     statement: String,
-    /// Its images, opacity and emission, if it has any.
+    /// What the statement does not say: images, emission and some opacities.
     textures: Option<String>,
     primitives: usize,
 }
@@ -59,7 +59,7 @@ pub(super) fn materials_used(scene: &Scene) -> Vec<MaterialUse> {
             index,
             kind: kind(material),
             statement: statement(scene, index, material),
-            textures: textures(scene, index),
+            textures: textures(scene, index, material),
             primitives,
         })
         .collect()
@@ -68,6 +68,8 @@ pub(super) fn materials_used(scene: &Scene) -> Vec<MaterialUse> {
 /// A material as a statement of a scene file. A checker's first colour is `cd`, as there.
 fn statement(scene: &Scene, index: usize, material: &Material) -> String {
     let textures = scene.textures(MaterialId(index as u32));
+    let opacity = textures.and_then(|textures| stated(material, textures));
+    let opacity = opacity.map_or_else(String::new, |opacity| format!(" {}", opacity_text(opacity)));
     let checker = textures.and_then(|textures| textures.checker);
     let shown = |color: [f32; 3], part: usize| {
         let times = checker.map_or([1.0; 3], |checker| checker.colors[part]);
@@ -77,7 +79,7 @@ fn statement(scene: &Scene, index: usize, material: &Material) -> String {
         Some(checker) => format!("{text} checker {} size {}", shown(color, 1), checker.size),
         None => text,
     };
-    match *material {
+    let text = match *material {
         Material::Silhouette { color } => format!("silhouette cd {}", list(color)),
         Material::Matte { color } => with_checker(format!("matte cd {}", shown(color, 0)), color),
         Material::BlinnPhong {
@@ -98,12 +100,26 @@ fn statement(scene: &Scene, index: usize, material: &Material) -> String {
         Material::Glass { index, tint, depth } => {
             format!("glass ior {index} tint {} depth {depth}", list(tint))
         }
-    }
+    };
+    text + &opacity
 }
 
-/// The images, the opacity and the emission of a material; `None` if it has none of them.
-fn textures(scene: &Scene, material: usize) -> Option<String> {
-    let all = scene.textures(MaterialId(material as u32))?;
+/// The opacity that a statement can have: glass has none, and none has an image.
+fn stated(material: &Material, textures: &SurfaceTextures) -> Option<Opacity> {
+    let is_glass = matches!(material, Material::Glass { .. });
+    let opacity = textures.opacity.filter(|_| !is_glass);
+    opacity.filter(|opacity| opacity.map.is_none())
+}
+
+fn opacity_text(opacity: Opacity) -> String {
+    let tinted = if opacity.is_tinted { " tinted" } else { "" };
+    format!("opacity {}{tinted}", opacity.factor)
+}
+
+/// What the statement of a material does not say: images, emission and some opacities; `None` if it has none of them.
+fn textures(scene: &Scene, index: usize, material: &Material) -> Option<String> {
+    let all = scene.textures(MaterialId(index as u32))?;
+    let is_not_stated = stated(material, all).is_none();
     let size = |image: u32| {
         let [width, height] = scene.images().get(image as usize).map_or([0; 2], Image::size);
         format!("{width}x{height}")
@@ -118,12 +134,11 @@ fn textures(scene: &Scene, material: usize) -> Option<String> {
                 size(cut_out.texture.image)
             )
         }),
-        all.opacity.map(|opacity| {
+        all.opacity.filter(|_| is_not_stated).map(|opacity| {
             let of = opacity
                 .map
                 .map(|map| format!(" times alpha of {}", size(map.image)));
-            let tinted = if opacity.is_tinted { " tinted" } else { "" };
-            format!("opacity {}{tinted}{}", opacity.factor, of.unwrap_or_default())
+            opacity_text(opacity) + &of.unwrap_or_default()
         }),
         all.emits().then(|| format!("emission {red} {green} {blue}")),
         all.emission_map

@@ -3,6 +3,7 @@
 use super::{Cloud, LoadedMesh, SharedMesh, Surface};
 use crate::{
     error::SceneError,
+    format::textures::used_surfaces,
     math::srgb,
     scene::{Curve, MaterialId, SceneBuilder, TriangleMesh},
 };
@@ -91,6 +92,19 @@ impl LoadedMesh {
                 .iter()
                 .try_for_each(|placement| builder.add_instance(prototype, placement))
         })
+    }
+
+    /// Whether some of it is black without light: all but unlit surfaces and glass.
+    pub(in crate::format) fn needs_light(&self) -> bool {
+        let needs = |surface: &Surface| !surface.is_unlit && surface.glass.is_none();
+        if self.surface_of.is_empty() {
+            return self.surfaces.is_empty() || self.surfaces.iter().any(needs);
+        }
+        let used = used_surfaces(self.surfaces.len(), &self.surface_of);
+        self.surfaces
+            .iter()
+            .zip(used)
+            .any(|(surface, is_used)| is_used && needs(surface))
     }
 
     /// Adds the materials and images of the surfaces to a scene, or the material of a mesh without surfaces. The images

@@ -11,6 +11,7 @@ use crate::{
     scene::{Background, MAX_COORDINATE},
 };
 use glam::DVec3;
+use std::str::FromStr;
 
 /// Words of other programs for keys.
 const SYNONYMS: [(&[&[u8]], &str); 6] = [
@@ -203,11 +204,22 @@ impl<'l, 'a> Arguments<'l, 'a> {
         self.line.error(end, 1, message)
     }
 
-    /// A finite number.
+    /// A number, at most as large as coordinates.
     pub(super) fn number(&self, word: Word<'_>, what: &str) -> Result<f32, LoadError> {
-        let value = word.as_str().and_then(|text| text.parse::<f32>().ok());
+        self.limited(word, what)
+    }
+
+    fn limited<T: FromStr + Copy + Into<f64>>(&self, word: Word<'_>, what: &str) -> Result<T, LoadError> {
+        let value = word.as_str().and_then(|text| text.parse::<T>().ok());
+        let is_large = || word.text.iter().any(u8::is_ascii_digit);
         match value {
-            Some(value) if value.is_finite() => Ok(value),
+            Some(value) if value.into().abs() <= f64::from(MAX_COORDINATE) => Ok(value),
+            // Digits tell `1e999` from `inf`.
+            Some(_) if is_large() => {
+                let found = word.number();
+                let message = format!("{what} is {found}, but numbers above 1e9 are not supported");
+                Err(self.line.error_at(&word, message))
+            }
             value => Err(self.not_a_number(word, what, value.is_some())),
         }
     }
@@ -294,15 +306,7 @@ impl<'l, 'a> Arguments<'l, 'a> {
 
     /// A number in `f64`, for computations before rounding. At most as large as coordinates.
     pub(super) fn precise(&self, word: Word<'_>, what: &str) -> Result<f64, LoadError> {
-        let value = word.as_str().and_then(|text| text.parse::<f64>().ok());
-        match value {
-            Some(value) if value.abs() <= f64::from(MAX_COORDINATE) => Ok(value),
-            Some(value) if value.is_finite() => {
-                let message = format!("{what} is {value:e}, but numbers above 1e9 are not supported");
-                Err(self.line.error_at(&word, message))
-            }
-            value => Err(self.not_a_number(word, what, value.is_some())),
-        }
+        self.limited(word, what)
     }
 
     /// A point or direction in `f64`.

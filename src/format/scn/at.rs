@@ -131,7 +131,10 @@ impl Reader<'_> {
                 .builder
                 .add_moving_instances(prototype, transforms, motion, place),
             MovedThing::Camera {
-                name, motion, lens, ..
+                name,
+                motion,
+                mut lens,
+                ..
             } => {
                 lens.check()?;
                 self.builder.add_moving_camera_of(name, motion, place)

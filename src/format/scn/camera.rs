@@ -1,7 +1,7 @@
 //! The statement `camera`.
 
 use super::{
-    Reader,
+    Place, Reader,
     arguments::Arguments,
     at::{self, Moved, MovedThing},
     statements::again,
@@ -54,9 +54,14 @@ impl Reader<'_> {
         }
         let end = name.unwrap_or(arguments.keyword).end();
         let (view, places) = view(&mut arguments, end, None)?;
+        let moves = at::follows(arguments.line.rest);
+        let mut lens = MovingLens::default();
+        lens.add(&arguments, &places);
+        if !moves {
+            lens.check()?;
+        }
         let camera = checked(&arguments, &view, &places)?;
         let name = name.map(|word| String::from_utf8_lossy(word.text).into_owned());
-        let at = arguments.line.at(arguments.keyword.start);
         if let Some(first) = self.seen.cameras.get(&name) {
             let what = name.map_or_else(
                 || "camera without a name".to_owned(),
@@ -68,10 +73,8 @@ impl Reader<'_> {
             let message = format!("more than {MAX_CAMERAS} cameras in one scene");
             return Err(arguments.line.too_many(&arguments.keyword, message));
         }
-        self.seen.cameras.insert(name.clone(), at);
-        if at::follows(arguments.line.rest) {
-            let mut lens = MovingLens::default();
-            lens.add(&arguments, &places);
+        self.seen.cameras.insert(name.clone(), Place::of(&arguments));
+        if moves {
             let what = MovedThing::Camera {
                 name,
                 view: Box::new(view),
@@ -86,11 +89,11 @@ impl Reader<'_> {
     }
 }
 
-/// The lens of a moving camera, whose line and keyframes may say its parts.
+/// The lens of a camera, whose line and keyframes may say its parts.
 #[derive(Default)]
 pub(super) struct MovingLens {
     has_aperture: bool,
-    /// The error about the first `focus` of a keyframe if there is no `aperture`.
+    /// The error about the first `focus` if there is no `aperture`.
     lonely_focus: Option<LoadError>,
 }
 
@@ -98,20 +101,16 @@ impl MovingLens {
     fn add(&mut self, arguments: &Arguments<'_, '_>, places: &Places<'_>) {
         self.has_aperture |= places.aperture.is_some();
         if let (Some(focus), None) = (places.focus, &self.lonely_focus) {
-            self.lonely_focus = Some(lonely_focus(arguments, &focus));
+            let message = "`focus` without `aperture`, the diameter of the lens";
+            self.lonely_focus = Some(arguments.line.error_at(&focus, message));
         }
     }
 
     /// Refuses a `focus` without an `aperture`.
-    pub(super) fn check(self) -> Result<(), LoadError> {
-        let lonely = self.lonely_focus.filter(|_| !self.has_aperture);
+    pub(super) fn check(&mut self) -> Result<(), LoadError> {
+        let lonely = self.lonely_focus.take().filter(|_| !self.has_aperture);
         lonely.map_or(Ok(()), Err)
     }
-}
-
-fn lonely_focus(arguments: &Arguments<'_, '_>, focus: &Word<'_>) -> LoadError {
-    let message = "`focus` without `aperture`, the diameter of the lens";
-    arguments.line.error_at(focus, message)
 }
 
 /// The view of a keyframe: that of the camera's line, with the given keys replaced.
@@ -182,9 +181,6 @@ fn view<'a>(
     }
     let eye = eye.ok_or_else(|| arguments.missing("eye", end))?;
     let target: DVec3 = target.ok_or_else(|| arguments.missing("target", end))?;
-    if let (Some(focus), None, None) = (places.focus, places.aperture, own) {
-        return Err(lonely_focus(arguments, &focus));
-    }
     let view = View {
         eye,
         target,

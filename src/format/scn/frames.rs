@@ -6,6 +6,7 @@ use crate::{
     format::{
         budget::Budget,
         files::{MAX_TEXT_BYTES, load_error, read_text},
+        place::BYTE_ORDER_MARK,
     },
     scene::MAX_TIME,
 };
@@ -43,6 +44,7 @@ impl Scan {
     fn file(&mut self, path: &Path, depth: usize) -> Result<(), LoadError> {
         let text = read_text(path, &Budget::unlimited()).map_err(|error| load_error(path, &error))?;
         self.bytes = self.bytes.saturating_sub(text.len() as u64);
+        let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&text);
         let folder = path.parent().unwrap_or(Path::new(""));
         for line in text.split(|&byte| byte == b'\n') {
             let start = line.trim_ascii_start();

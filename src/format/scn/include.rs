@@ -2,7 +2,7 @@
 
 use super::{QUOTES_HINT, Reader, arguments::Arguments};
 use crate::{
-    error::LoadError,
+    error::{LoadError, SourcePos},
     format::{
         files::{self, MAX_TEXT_BYTES},
         reason::Reason,
@@ -21,6 +21,8 @@ const MAX_INCLUDES: usize = 1024;
 pub(super) struct Includes {
     /// Identity and name of the open files, from the scene inwards.
     stack: Vec<(PathBuf, PathBuf)>,
+    /// The places of the statements that opened all but the first.
+    places: Vec<SourcePos>,
     count: usize,
     bytes: u64,
 }
@@ -32,6 +34,11 @@ impl Includes {
 
     pub(super) fn leave(&mut self) {
         self.stack.pop();
+    }
+
+    /// The places of the `include` statements of the open files, from the scene inwards.
+    pub(super) fn places(&self) -> Vec<SourcePos> {
+        self.places.clone()
     }
 
     /// Why the file may not be included; `None` if it may.
@@ -80,7 +87,9 @@ impl Reader<'_> {
             return Err(line.too_many(&word, message));
         }
         self.builder.add_include(path.clone());
+        self.includes.places.push(line.at(arguments.keyword.start));
         self.file(&text, &path, identity).map_err(cannot_include)?;
+        self.includes.places.pop();
         self.budget.give_back(text.capacity());
         Ok(())
     }

@@ -25,7 +25,6 @@ impl Reader<'_> {
         let [word] = arguments.leading()?;
         arguments.hint = QUOTES_HINT;
         let placement = mesh::read_placement(&mut arguments, &mesh::INSTANCE_KEYS)?;
-        self.needs_light |= self.material.is_none() || !self.is_silhouette;
         let line = arguments.line;
         let file = placement.file.map(|(before, word)| {
             let path = self.path(&arguments, word, "placements")?;
@@ -132,6 +131,7 @@ impl Reader<'_> {
         let (line, material) = (arguments.line, self.material);
         let number = self.mesh_number(path, material);
         let mut loaded = self.load_mesh(arguments, word, path, (material, Kind::Any, false))?;
+        self.see_light(number, loaded.as_ref(), material);
         mesh::note_faces(loaded.as_mut(), path, point_radius);
         let placement = mesh::Placement {
             point_radius,

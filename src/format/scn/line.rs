@@ -12,6 +12,8 @@ pub(super) struct Line<'a> {
     pub(super) bytes: &'a [u8],
     /// The text after it.
     pub(super) rest: &'a [u8],
+    /// The places of the `include` statements that lead to its file, from the scene inwards.
+    pub(super) includes: &'a [SourcePos],
 }
 
 impl Line<'_> {

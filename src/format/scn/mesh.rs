@@ -85,7 +85,6 @@ impl Reader<'_> {
         let [path] = arguments.leading()?;
         arguments.hint = QUOTES_HINT;
         let placement = read_placement(&mut arguments, &MESH_KEYS)?;
-        self.needs_light |= self.material.is_none() || !self.is_silhouette;
         self.add_mesh(&arguments, path, placement, self.material, Kind::Any)
     }
 
@@ -121,6 +120,7 @@ impl Reader<'_> {
         }
         let takes_lights = placement.lights.is_some();
         let mut loaded = self.load_mesh(arguments, word, &path, (material, kind, takes_lights))?;
+        self.see_light(number, loaded.as_ref(), material);
         note_faces(loaded.as_mut(), &path, placement.point_radius);
         let lit = match placement.lights {
             Some(together) => self.light_up(number, loaded.as_ref(), (&placement, together), &path),
@@ -184,6 +184,19 @@ impl Reader<'_> {
             }
             cannot_load(arguments.line, word, path).caused_by(cause)
         })
+    }
+
+    /// Remembers whether a mesh, `loaded` or else kept, needs light with `material` or its own.
+    pub(super) fn see_light(
+        &mut self,
+        number: usize,
+        loaded: Option<&LoadedMesh>,
+        material: Option<MaterialId>,
+    ) {
+        self.needs_light |= match (material, loaded.or_else(|| self.meshes.kept(number))) {
+            (Some(_), _) => !self.is_silhouette,
+            (None, mesh) => mesh.is_some_and(LoadedMesh::needs_light),
+        };
     }
 
     /// Adds the lights of a mesh, `loaded` or else kept, with the total intensity `together` at its centre. The error is a

@@ -1,13 +1,13 @@
 //! The meaning of each statement. `docs/scene-language.md` is the reference.
 
 use super::{
-    Reader, Seen,
+    Place, Reader, Seen,
     arguments::{Arguments, IN_SINGLE_PRECISION, is_not_0},
     nearest::nearest,
     words::Word,
 };
 use crate::{
-    error::{LoadError, SceneError, SourcePos, quote},
+    error::{LoadError, SceneError, quote},
     scene::{Background, Checker, MAX_ALPHA, Material, MaterialId, Opacity, SurfaceTextures},
 };
 use glam::Vec3;
@@ -377,7 +377,13 @@ fn checker(
 }
 
 /// The error about a repeated statement.
-pub(super) fn again(arguments: &Arguments<'_, '_>, what: &str, first: &SourcePos) -> LoadError {
-    let message = format!("second {what}, expected one; the first is at {first}");
+pub(super) fn again(arguments: &Arguments<'_, '_>, what: &str, first: &Place) -> LoadError {
+    let mut message = format!("second {what}, expected one; the first is at {}", first.at);
+    if first.at == Place::of(arguments).at {
+        let mut includes = first.includes.iter().zip(arguments.line.includes);
+        if let Some((other, _)) = includes.find(|(first, second)| first != second) {
+            message += &format!(", included at {other}");
+        }
+    }
     arguments.line.error_at(&arguments.keyword, message)
 }

@@ -160,7 +160,7 @@ fn numbers() {
         ("light -inf 0 0 1", "1:7: x is `-inf`, expected a finite number"),
         (
             "light 0 0 0 1e999",
-            "1:13: intensity is `1e999`, expected a finite number",
+            "1:13: intensity is 1e999, but numbers above 1e9 are not supported",
         ),
         (
             "light 0 1e30 0 1",

@@ -210,16 +210,14 @@ fn options(plan: &JobPlan, job: &Job) -> Vec<String> {
 
 /// Whether there is a lens to focus: of the options, or of the scene's own camera.
 fn has_lens(input: &InputPlan, memory: u64) -> bool {
-    if let Some(aperture) = input.camera.aperture {
-        return aperture > 0.0;
-    }
-    let is_own = matches!(input.camera.start, StartView::Default | StartView::Named(_));
-    if input.kind != InputKind::Scene || !is_own {
-        return false;
+    let camera = &input.camera;
+    let is_own = !matches!(camera.start, StartView::Eye(_) | StartView::Classic(_));
+    if camera.aperture.is_some() || input.kind != InputKind::Scene || !is_own {
+        return camera.has_lens(None);
     }
     // What cannot be loaded is refused by the tasks.
     let loaded = load::load_and_list(input, memory, &mut Vec::new());
-    loaded.is_ok_and(|loaded| loaded.camera.view().lens.aperture > 0.0)
+    loaded.is_ok_and(|loaded| camera.has_lens(Some(&loaded.scene)))
 }
 
 /// Calls for the frames of a scene: a chunk of consecutive frames each.

@@ -76,9 +76,10 @@ impl SceneAtTime {
 pub fn check_cameras(job: &Job, scene: &Scene) -> Result<(), CliError> {
     let turns = job.frames.iter().filter_map(|frame| frame.turn);
     for turn in turns.filter(|_| scene.moves()) {
-        let own = scene.cameras_at(turn.number.into());
+        let time = turn.number.into();
+        let own = scene.cameras_at(time);
         let own = own.map_err(|error| CliError::Failed(error.to_string()))?;
-        job.input.camera.for_cameras(&own, scene.mesh_cameras())?;
+        job.input.camera.at_time(scene, &own, time)?;
     }
     Ok(())
 }
