@@ -1,8 +1,7 @@
 //! Why a command failed, and its exit code.
 
 use crate::{
-    error::{LoadError, clip_path, io_reason},
-    format::mesh::NO_ANIMATION,
+    error::{LoadError, LoadErrorKind, clip_path, io_reason},
     render::RenderError,
     scene::CameraError,
 };
@@ -36,7 +35,7 @@ impl CliError {
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Load(error) if error.message.starts_with(NO_ANIMATION) => 2,
+            Self::Load(error) if error.kind() == LoadErrorKind::Absent => 2,
             Self::Load(_) | Self::Failed(_) | Self::Memory(_) | Self::ClosedPipe => 1,
             Self::Usage(_) | Self::UsageShown => 2,
             Self::NoDisplay(_) => 3,

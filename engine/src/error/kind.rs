@@ -13,6 +13,8 @@ pub enum LoadErrorKind {
     Unsupported,
     /// Loading would take more memory than its limit or than there is, or more of something than octray takes.
     Limit,
+    /// The file does not have what is asked for, such as an animation.
+    Absent,
     /// The contents are wrong.
     #[default]
     Invalid,

@@ -3,7 +3,7 @@
 use super::{FrameRange, InputKind, Turntable, is_standard_stream, kind_of, render::MOST_PICTURES};
 use crate::{
     cli::CliError,
-    error::{LoadError, clip_path},
+    error::{LoadError, LoadErrorKind, clip_path},
     format::{
         self,
         mesh::{self, MeshAnimation, Moment},
@@ -141,7 +141,7 @@ pub fn playback_of(
     if animations.is_empty() && (animation.is_none() || is_default) {
         return Ok(None);
     }
-    let refused = |why: String| LoadError::whole_file(path, why);
+    let refused = |why: String| LoadError::whole_file(path, why).with_kind(LoadErrorKind::Absent);
     let chosen = MeshAnimation::find(&animations, animation).map_err(refused)?;
     let refused = |why: String| CliError::Usage(format!("{}: {why}", clip_path(path)));
     let frames = |seconds: f64| (seconds * f64::from(fps)).round().max(1.0);

@@ -4,7 +4,7 @@
 
 use super::{buffers::Buffers, elements::Elements, morphs::MorphTargets};
 use crate::{
-    error::LoadError,
+    error::{LoadError, LoadErrorKind},
     format::{
         left_out::counted,
         mesh::{MeshAnimation, Moment},
@@ -68,7 +68,7 @@ impl AnimatedPose {
             return Ok(Self::default());
         };
         let chosen = MeshAnimation::find(listed, moment.animation.as_deref());
-        let chosen = chosen.map_err(|why| buffers.refused(why))?;
+        let chosen = chosen.map_err(|why| buffers.refused(why).with_kind(LoadErrorKind::Absent))?;
         let animation = &animations[chosen];
         let mut nodes: HashMap<usize, NodePose> = HashMap::new();
         let mut steps = 0;

@@ -3,7 +3,7 @@
 use super::visibility::Hidden;
 use crate::format::left_out::LeftOut;
 use gltf::{
-    json::{Material, Root, accessor::Type, mesh::Primitive, validation::Checked},
+    json::{Index, Material, Root, accessor::Type, mesh::Primitive, validation::Checked},
     material::AlphaMode,
     mesh::{Mode, Semantic},
 };
@@ -50,7 +50,7 @@ fn shown_meshes(root: &Root, hidden: &Hidden) -> Vec<bool> {
     let mut is_known = vec![false; root.nodes.len()];
     let mut waiting: Vec<_> = scene.nodes.iter().collect();
     // The indices are not checked yet.
-    while let Some(i) = waiting.pop().map(|node| node.value()) {
+    while let Some(i) = waiting.pop().map(Index::value) {
         let Some(node) = root.nodes.get(i).filter(|_| !hidden.is_at(i)) else {
             continue;
         };

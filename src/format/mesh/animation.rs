@@ -11,9 +11,6 @@ pub struct Moment {
     pub seconds: f64,
 }
 
-/// How the messages about a moment begin that a file does not have.
-pub(crate) const NO_ANIMATION: &str = "there is no animation";
-
 /// An animation of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshAnimation {
@@ -30,13 +27,13 @@ impl MeshAnimation {
     /// A sentence that names those of the file.
     pub fn find(animations: &[Self], wanted: Option<&str>) -> Result<usize, String> {
         if animations.is_empty() {
-            return Err(format!("{NO_ANIMATION} in the file"));
+            return Err("there is no animation in the file".to_owned());
         }
         let Some(wanted) = wanted else { return Ok(0) };
         let names: Vec<&str> = animations.iter().map(|one| one.name.as_str()).collect();
         index_of(&names, wanted).ok_or_else(|| {
             let wanted = quote(wanted.as_bytes());
-            format!("{NO_ANIMATION} {wanted}, expected {}", listed(&names))
+            format!("there is no animation {wanted}, expected {}", listed(&names))
         })
     }
 }

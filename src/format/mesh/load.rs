@@ -23,7 +23,7 @@ use super::{
 };
 #[cfg(feature = "cli")]
 use super::{MeshAnimation, Shown};
-use crate::error::{LoadError, clip_path};
+use crate::error::{LoadError, LoadErrorKind, clip_path};
 use std::path::{Path, PathBuf};
 
 /// Loads a mesh file and the files that it names.
@@ -255,10 +255,8 @@ fn check_moment(format: MeshFormat, path: &Path, budget: &Budget) -> Result<(), 
     if budget.moment().is_none() || format == MeshFormat::Gltf {
         return Ok(());
     }
-    Err(LoadError::whole_file(
-        path,
-        "there is no animation in the file: octray reads those of glTF",
-    ))
+    let why = "there is no animation in the file: octray reads those of glTF";
+    Err(LoadError::whole_file(path, why).with_kind(LoadErrorKind::Absent))
 }
 
 /// As [`parse`], for a known format. The bytes are already taken from the budget.

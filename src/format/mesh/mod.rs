@@ -17,7 +17,7 @@ mod used;
 
 pub use animation::{MeshAnimation, Moment};
 #[cfg(feature = "cli")]
-pub(crate) use animation::{NO_ANIMATION, index_of, listed};
+pub(crate) use animation::{index_of, listed};
 pub use cloud::Cloud;
 #[cfg(feature = "cli")]
 pub(crate) use far::Coarse;
