@@ -181,3 +181,14 @@ def test_trimesh_rays_that_start_on_the_surface_hit_it():
     for direction in ([np.nan, 0, 1], [0, 0, 0]):
         assert rays.intersects_id(top, [direction])[0].size == 0
     assert not rays.intersects_any(np.array(top) + [0, 0, 1e-6], -np.array(down)).any()
+
+
+def test_trimesh_rays_in_the_plane_they_start_on_miss_it():
+    trimesh, rays_of = adapter()
+    rays = rays_of(trimesh.Trimesh([[0, 0, 0], [4, -4, 0], [4, 0, -4]], [[0, 1, 2]], process=False))
+    for direction in ([1, -1, 0], [1, 1, -2], [1, 2, -3], [3, -1, -2], [-2e9, -4e9, 6e9]):
+        assert not rays.intersects_any([[2, -1, -1]], [direction]).any()
+        assert rays.intersects_id([[2, -1, -1]], [direction])[0].size == 0
+    # Not parallel, though its rounding is.
+    triangle, _, locations = rays.intersects_id([[2, -1, -1]], [[1, -0.999999999, 0]], return_locations=True)
+    assert triangle.tolist() == [0] and locations.tolist() == [[2, -1, -1]]
