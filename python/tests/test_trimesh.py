@@ -192,3 +192,18 @@ def test_trimesh_rays_in_the_plane_they_start_on_miss_it():
     # Not parallel, though its rounding is.
     triangle, _, locations = rays.intersects_id([[2, -1, -1]], [[1, -0.999999999, 0]], return_locations=True)
     assert triangle.tolist() == [0] and locations.tolist() == [[2, -1, -1]]
+
+
+def test_trimesh_tells_the_lowest_triangle_of_a_single_hit():
+    trimesh, rays_of = adapter()
+    random = np.random.default_rng(5)
+    # Two triangles on both sides of an edge, and a ray through its middle.
+    for _ in range(300):
+        corners = random.integers(-3, 4, (4, 3)).astype(float)
+        direction = random.integers(-3, 4, 3) + [0.0, 0.0, 0.125]
+        origin = (corners[0] + corners[1]) / 2 - direction
+        pair = trimesh.Trimesh(corners, [[0, 1, 2], [1, 0, 3]], process=False)
+        touched, _ = rays_of(pair, every_triangle=True).intersects_id([origin], [direction])
+        for engine in (rays_of(pair), rays_of(pair, every_triangle=True)):
+            single, _ = engine.intersects_id([origin], [direction], multiple_hits=False)
+            assert single.tolist() == sorted(touched)[:1]
