@@ -34,7 +34,7 @@ class RayMeshIntersector:
         if isinstance(geometry, Mesh) or not all(hasattr(type(geometry), name) for name in ("vertices", "faces")):
             raise ValueError(f"geometry: expected a mesh of trimesh, found {geometry!r}")
         self.mesh = geometry
-        self.every_triangle = every_triangle
+        self.every_triangle = _arrays.flag("every_triangle", every_triangle)
         self._scale_to_box = scale_to_box
         self._built: tuple[int, Mesh] | None = None
 
@@ -69,12 +69,12 @@ class RayMeshIntersector:
         origins, directions = _checked(ray_origins, ray_directions)
         scene = self._scene
         limit = _arrays.count("max_hits", max_hits, least=0)
-        is_single = not multiple_hits
+        is_single = not _arrays.flag("multiple_hits", multiple_hits)
         limit = min(limit, 1) if is_single else limit
         # The nearest of all that the ray touches may be any of those at an edge, by rounding.
         once = is_single or not self.every_triangle
         index_ray, index_tri, t = scene._mesh.all_hits(origins, directions, 0.0, np.inf, limit, False, True, once)
-        if not return_locations:
+        if not _arrays.flag("return_locations", return_locations):
             return index_tri, index_ray
         locations, _ = scene._mesh.surface(origins, directions, index_ray, index_tri, t, False)
         return index_tri, index_ray, locations
