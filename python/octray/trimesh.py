@@ -25,8 +25,8 @@ class RayMeshIntersector:
     Where a ray passes through an edge or a vertex, one triangle is reported, as by trimesh's engines: of those that share
     the edge or vertex the one with the lowest index, or with ``every_triangle`` all that the ray touches.
     ``intersects_first`` reports any of them: the one whose rounded distance is the least. ``max_hits`` counts what is
-    reported. Hits are sorted by ray, the nearest first. A ray that starts exactly on a triangle hits it. ``scale_to_box`` has
-    no effect: coordinates are never scaled.
+    reported. Hits are sorted by ray, the nearest first. A ray that starts exactly on a triangle hits it. ``scale_to_box``
+    has no effect: coordinates are never scaled.
     """
 
     def __init__(self, geometry: Any, scale_to_box: bool = True, every_triangle: bool = False):
