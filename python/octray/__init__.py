@@ -12,14 +12,14 @@ array([ 0, -1])
 
 try:
     from ._octray import __version__, isa
-except ModuleNotFoundError as error:
-    if error.name != f"{__name__}._octray":
+except ModuleNotFoundError as _error:
+    if _error.name != f"{__name__}._octray":
         raise
     raise ImportError(
         f"{__path__[0]} has no compiled module: install the package with pip; if this is a clone of its source, "
         "run Python in another folder than python/",
-        name=error.name,
-    ) from error
+        name=_error.name,
+    ) from _error
 
 from ._camera import camera_rays
 from ._mesh import Hits, Mesh

@@ -121,8 +121,11 @@ def _of_mapping(camera) -> dict[str, Any]:
     fits = isinstance(camera.get("ortho"), str) and camera["ortho"] == "fit"
     lens = {name: _vector(name, None if fits and name == "ortho" else camera.get(name), 1) for name in _KEYS[4:]}
     ortho = fits or lens["ortho"]
-    for one, other, found in (("fov", "ortho", (lens["fov"], ortho or None)), ("from", "eye", (side, eye))):
-        if None not in found:
+    for one, other, both in (
+        ("fov", "ortho", lens["fov"] is not None and bool(ortho)),
+        ("from", "eye", side is not None and eye is not None),
+    ):
+        if both:
             raise ValueError(f"camera: expected {one} or {other}, found both")
     numbers = {name: number and number[0] for name, number in lens.items()}
     return {"start": side or eye, "target": target, "up": up, "fits": fits, **numbers}

@@ -101,7 +101,7 @@ def _places(scene) -> list[tuple[Any, NDArray[np.float64]]]:
 class _Frames:
     """The nodes of a scene's graph. trimesh's own transforms take a matrix with NaN for none."""
 
-    def __init__(self, graph):
+    def __init__(self, graph: Any):
         self._forest, self._base = graph.transforms, graph.base_frame
         self._edges, self._parents = self._forest.edge_data, self._forest.parents
         self._known: dict[Any, Any] = {self._base: np.eye(4)}

@@ -187,7 +187,7 @@ class Mesh:
         """
         limit = None if max_hits is None else _arrays.count("max_hits", max_hits, least=0)
         arguments = self._rays(origins, directions, t_min, t_max)
-        return self._mesh.all_hits(*arguments, limit, bool(crossings), False, False)
+        return self._mesh.all_hits(*arguments, limit, _arrays.flag("crossings", crossings), False, False)
 
     def closest_point(
         self, points: ArrayLike

@@ -22,10 +22,11 @@ __all__ = ["RayMeshIntersector", "render"]
 class RayMeshIntersector:
     """The methods of ``trimesh.ray.ray_pyembree.RayMeshIntersector``, with the same shapes and types.
 
-    Where a ray passes through an edge or a vertex, one triangle is reported, as by trimesh's engines, or with
-    ``every_triangle`` all that it touches: of those that share the edge or vertex the one with the lowest index.
-    ``max_hits`` counts what is reported. Hits are sorted by ray, the nearest first. A ray that starts exactly on a triangle
-    hits it. ``scale_to_box`` has no effect: coordinates are never scaled.
+    Where a ray passes through an edge or a vertex, one triangle is reported, as by trimesh's engines: of those that share
+    the edge or vertex the one with the lowest index, or with ``every_triangle`` all that the ray touches.
+    ``intersects_first`` reports any of them: the one whose rounded distance is the least. ``max_hits`` counts what is
+    reported. Hits are sorted by ray, the nearest first. A ray that starts exactly on a triangle hits it. ``scale_to_box``
+    has no effect: coordinates are never scaled.
     """
 
     def __init__(self, geometry: Any, scale_to_box: bool = True, every_triangle: bool = False):
@@ -33,7 +34,7 @@ class RayMeshIntersector:
         if isinstance(geometry, Mesh) or not all(hasattr(type(geometry), name) for name in ("vertices", "faces")):
             raise ValueError(f"geometry: expected a mesh of trimesh, found {geometry!r}")
         self.mesh = geometry
-        self.every_triangle = every_triangle
+        self.every_triangle = _arrays.flag("every_triangle", every_triangle)
         self._scale_to_box = scale_to_box
         self._built: tuple[int, Mesh] | None = None
 
@@ -68,16 +69,19 @@ class RayMeshIntersector:
         origins, directions = _checked(ray_origins, ray_directions)
         scene = self._scene
         limit = _arrays.count("max_hits", max_hits, least=0)
-        limit = limit if multiple_hits else min(limit, 1)
-        once = multiple_hits and not self.every_triangle
+        is_single = not _arrays.flag("multiple_hits", multiple_hits)
+        limit = min(limit, 1) if is_single else limit
+        # The nearest of all that the ray touches may be any of those at an edge, by rounding.
+        once = is_single or not self.every_triangle
         index_ray, index_tri, t = scene._mesh.all_hits(origins, directions, 0.0, np.inf, limit, False, True, once)
-        if not return_locations:
+        if not _arrays.flag("return_locations", return_locations):
             return index_tri, index_ray
         locations, _ = scene._mesh.surface(origins, directions, index_ray, index_tri, t, False)
         return index_tri, index_ray, locations
 
     def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.int32]:
-        """Return the first triangle that each ray hits, -1 for none: (n,)."""
+        """Return the first triangle that each ray hits, -1 for none: (n,). Rays are rounded to ``float32``, and of triangles
+        at the same distance then it is the one with the lowest index."""
         return self._scene._mesh.first(*_checked(ray_origins, ray_directions))
 
     def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.bool_]:

@@ -1,7 +1,10 @@
 //! Arrays of numpy, which are contiguous here.
 
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
-use octray::query::{Ends, Points};
+use octray::{
+    QueryError,
+    query::{Ends, Points},
+};
 use pyo3::{exceptions::PyValueError, prelude::*};
 
 /// Points or vectors, one a row.
@@ -72,6 +75,27 @@ pub fn part_of_ends<'a>(ends: Ends<'a>, range: &std::ops::Range<usize>) -> Ends<
         Ends::All(_) => ends,
         Ends::Each(ends) => Ends::Each(&ends[range.clone()]),
     }
+}
+
+/// Room for `count` answers.
+///
+/// # Errors
+/// [`QueryError::NoMemory`], for arrays of any size that a caller may ask for.
+pub fn room<T>(count: usize) -> Result<Vec<T>, QueryError> {
+    let mut room = Vec::new();
+    make_room(&mut room, count)?;
+    Ok(room)
+}
+
+/// Room for `count` more answers.
+///
+/// # Errors
+/// As [`room`].
+pub fn make_room<T>(answers: &mut Vec<T>, count: usize) -> Result<(), QueryError> {
+    let what = "the results";
+    answers
+        .try_reserve(count)
+        .map_err(|_| QueryError::NoMemory { what })
 }
 
 /// An array of rows of `N` numbers.

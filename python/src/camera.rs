@@ -140,12 +140,10 @@ pub fn camera_rays<'py>(
         None => threads::shared()?,
     };
     let view = camera.options(middle);
-    let found = threads::interruptible(py, |cancelled| {
-        pool.install(|| {
-            let points = geometry.map(|geometry| solid::points(&geometry));
-            let camera = picture::camera(points, &view, &shown, size);
-            camera.map(|camera| rays_of(&camera, middle, size, cancelled))
-        })
+    let found = threads::interruptible(py, &pool, |cancelled| {
+        let points = geometry.map(|geometry| solid::points(&geometry));
+        let camera = picture::camera(points, &view, &shown, size);
+        camera.map(|camera| rays_of(&camera, middle, size, cancelled))
     })?;
     let (origins, directions) = found.map_err(|error| raised(&error))?.map_err(mesh::raised)?;
     Ok((rows(py, origins)?, rows(py, directions)?))

@@ -3,6 +3,7 @@
 
 mod arrays;
 mod camera;
+mod hits;
 mod mesh;
 mod picture;
 mod rays;

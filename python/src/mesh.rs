@@ -1,7 +1,8 @@
 //! `octray._octray.Mesh`: a geometry and its threads.
 
 use crate::{
-    arrays::{RayEnds, Vectors, part_of_all, rows},
+    arrays::{RayEnds, Vectors, room, rows},
+    hits::{AllWanted, HitColumns, STEP, id_of, joined},
     rays::{AskedRays, asked},
     threads::{PART, Pace, SMALL_PART, Threads, Turns, in_parts, interruptible},
     whole,
@@ -22,9 +23,6 @@ use std::sync::{
     Arc, PoisonError, RwLock,
     atomic::{AtomicBool, Ordering},
 };
-
-/// The most rays or points of a call without a thread that watches for Ctrl-C.
-const FEW: usize = 1 << 8;
 
 /// The error for Python.
 pub fn raised(error: QueryError) -> PyErr {
@@ -75,14 +73,10 @@ impl Mesh {
     fn run<T: Send>(
         &self,
         py: Python<'_>,
-        count: usize,
-        work: impl FnOnce(&Geometry, &AtomicBool) -> T + Send,
+        work: impl FnOnce(&Geometry, &AtomicBool) -> Result<T, QueryError> + Send,
     ) -> PyResult<T> {
         let (geometry, pool) = (self.geometry(py), self.threads.pool()?);
-        if count <= FEW {
-            return Ok(py.detach(|| pool.install(|| work(&geometry, &AtomicBool::new(false)))));
-        }
-        interruptible(py, |cancelled| pool.install(|| work(&geometry, cancelled)))
+        interruptible(py, &pool, |cancelled| work(&geometry, cancelled))?.map_err(raised)
     }
 
     /// One answer per ray.
@@ -93,8 +87,9 @@ impl Mesh {
         nothing: T,
         ask: impl Fn(&Geometry, Rays<'_>, &mut [T]) + Sync + Send,
     ) -> PyResult<Vec<T>> {
-        let found = self.run(py, rays.len(), |geometry, cancelled| {
-            let (mut answers, pace) = (vec![nothing; rays.len()], Pace::default());
+        self.run(py, |geometry, cancelled| {
+            let (mut answers, pace) = (room(rays.len())?, Pace::default());
+            answers.resize(rays.len(), nothing);
             in_parts(&mut answers, PART, cancelled, |part, answers| {
                 pace.steps(answers, cancelled, |step, answers| {
                     let range = part.start + step.start..part.start + step.end;
@@ -103,8 +98,7 @@ impl Mesh {
                 })
             })
             .map(|()| answers)
-        })?;
-        found.map_err(raised)
+        })
     }
 
     /// One answer per point.
@@ -113,73 +107,14 @@ impl Mesh {
         py: Python<'_>,
         points: &Vectors<'_>,
         nothing: T,
-        ask: impl Fn(&Geometry, Points<'_>, &mut [T]) -> Result<(), QueryError> + Sync + Send,
+        ask: impl FnOnce(&Geometry, Points<'_>, &mut [T], &AtomicBool) -> Result<(), QueryError> + Send,
     ) -> PyResult<Vec<T>> {
         let points = points.rows()?;
-        let count = points.len();
-        let found = self.run(py, count, |geometry, cancelled| {
-            let mut answers = vec![nothing; count];
-            // Without points as well, so that an unsuitable mesh is rejected.
-            ask(geometry, part_of_all(points, &(0..0)), &mut [])?;
-            // All threads work on one step, since the library answers neighbours together.
-            Pace::default()
-                .steps(&mut answers, cancelled, |range, answers| {
-                    ask(geometry, part_of_all(points, &range), answers)
-                })
-                .map(|()| answers)
-        })?;
-        found.map_err(raised)
-    }
-}
-
-/// Rays, triangles and distances of hits.
-type HitColumns = (Vec<i64>, Vec<i64>, Vec<f32>);
-
-/// Rays of which all hits are found between two checks for Ctrl-C: where thousands of triangles overlap, each takes
-/// milliseconds.
-const STEP: usize = 1 << 5;
-
-/// Which hits a call wants.
-struct AllWanted {
-    limit: Option<usize>,
-    crossings: bool,
-    starts: bool,
-    /// One triangle of those at the same edge or vertex.
-    once: bool,
-}
-
-impl AllWanted {
-    /// Appends the hits of a few rays, `first` and those after it. They are one task of the library, on this thread.
-    fn append(&self, geometry: &Geometry, rays: Rays<'_>, first: usize, to: &mut HitColumns) {
-        let trace = || match (self.crossings, self.starts) {
-            (true, _) => geometry.crossings_each(rays),
-            (false, true) => geometry.exact_hits_each(rays, self.limit, self.once),
-            (false, false) => geometry.all_hits_each(rays, self.limit),
-        };
-        let (all, at_start) = if self.starts {
-            geometry.with_starts(rays, self.once, trace)
-        } else {
-            (trace(), Vec::new())
-        };
-        let mut at_start = at_start.into_iter().peekable();
-        for i in 0..rays.len() {
-            let own = std::iter::from_fn(|| at_start.next_if(|&(ray, _)| ray == i));
-            let own: Vec<(PrimitiveId, f32)> = own.map(|(_, triangle)| (triangle, 0.0)).collect();
-            let rest = all.of_ray(i).iter().map(|hit| (hit.primitive, hit.t));
-            for (triangle, t) in own.into_iter().chain(rest).take(self.limit.unwrap_or(usize::MAX)) {
-                to.0.push((first + i) as i64);
-                to.1.push(id_of(triangle));
-                to.2.push(t);
-            }
-        }
-    }
-}
-
-fn id_of(primitive: PrimitiveId) -> i64 {
-    if primitive == PrimitiveId::NONE {
-        -1
-    } else {
-        i64::from(primitive.0)
+        self.run(py, |geometry, cancelled| {
+            let mut answers = room(points.len())?;
+            answers.resize(points.len(), nothing);
+            ask(geometry, points, &mut answers, cancelled).map(|()| answers)
+        })
     }
 }
 
@@ -203,7 +138,7 @@ impl Mesh {
         let faces = faces
             .as_slice()
             .map_err(|error| PyValueError::new_err(error.to_string()))?;
-        let mut triangles = Vec::with_capacity(faces.len() / 3);
+        let mut triangles = room(faces.len() / 3).map_err(raised)?;
         for (i, face) in faces.as_chunks::<3>().0.iter().enumerate() {
             for &index in face {
                 if index < 0 || index >= positions.len() as i64 {
@@ -252,18 +187,21 @@ impl Mesh {
             geometry.closest_hits(rays, to)
         })?;
         // On the mesh's threads as well: rayon's own would be missing in a forked process.
-        let ((t, triangle), (uv, hit)) = self.run(py, 0, |_, _| {
-            let parts = hits.par_iter();
-            let distances: (Vec<f32>, Vec<i64>) =
-                parts.clone().map(|hit| (hit.t, id_of(hit.primitive))).unzip();
-            let rest: (Vec<[f32; 2]>, Vec<bool>) = parts.map(|hit| ([hit.u, hit.v], hit.is_hit())).unzip();
-            (distances, rest)
+        let (t, triangle, uv, is_hit) = self.run(py, |_, _| {
+            let (hits, count) = (hits.par_iter(), hits.len());
+            let (mut t, mut triangle) = (room(count)?, room(count)?);
+            let (mut uv, mut is_hit) = (room(count)?, room(count)?);
+            let halves = hits.clone().map(|hit| (hit.t, id_of(hit.primitive)));
+            halves.unzip_into_vecs(&mut t, &mut triangle);
+            let halves = hits.map(|hit| ([hit.u, hit.v], hit.is_hit()));
+            halves.unzip_into_vecs(&mut uv, &mut is_hit);
+            Ok((t, triangle, uv, is_hit))
         })?;
         Ok((
             t.into_pyarray(py),
             triangle.into_pyarray(py),
             rows(py, uv)?,
-            hit.into_pyarray(py),
+            is_hit.into_pyarray(py),
         ))
     }
 
@@ -357,27 +295,21 @@ impl Mesh {
             once,
         };
         let count = rays.len();
-        let found = self.run(py, count, |geometry, cancelled| {
-            let mut parts = vec![HitColumns::default(); count.div_ceil(SMALL_PART)];
+        let (ray, triangle, t) = self.run(py, |geometry, cancelled| {
+            let mut parts = room(count.div_ceil(SMALL_PART))?;
+            parts.resize(count.div_ceil(SMALL_PART), HitColumns::default());
             in_parts(&mut parts, 1, cancelled, |part, to| {
                 let end = count.min(part.end * SMALL_PART);
                 for start in (part.start * SMALL_PART..end).step_by(STEP) {
                     if !cancelled.load(Ordering::Relaxed) {
                         let range = start..end.min(start + STEP);
-                        wanted.append(geometry, rays.part(&range)?, start, &mut to[0]);
+                        wanted.append(geometry, rays.part(&range)?, start, &mut to[0])?;
                     }
                 }
                 Ok(())
-            })
-            .map(|()| parts)
+            })?;
+            joined(parts)
         })?;
-        let mut found = found.map_err(raised)?.into_iter();
-        let (mut ray, mut triangle, mut t) = found.next().unwrap_or_default();
-        for part in found {
-            ray.extend(part.0);
-            triangle.extend(part.1);
-            t.extend(part.2);
-        }
         Ok((
             ray.into_pyarray(py),
             triangle.into_pyarray(py),
@@ -426,14 +358,16 @@ impl Mesh {
             let found = geometry.surface(origin, directions.get(ray), &hit);
             (found.position.to_array(), found.normal.to_array())
         };
-        let (positions, normals) = self.run(py, count, |geometry, cancelled| {
+        let (positions, normals) = self.run(py, |geometry, cancelled| {
+            let (mut positions, mut normals) = (room(count)?, room(if with_normals { count } else { 0 })?);
             let all = (0..count).into_par_iter().with_min_len(1024);
             let surfaces = all.map(|i| surface(geometry, cancelled, i));
             if with_normals {
-                surfaces.unzip()
+                surfaces.unzip_into_vecs(&mut positions, &mut normals);
             } else {
-                (surfaces.map(|surface| surface.0).collect(), Vec::new())
+                surfaces.map(|surface| surface.0).collect_into_vec(&mut positions);
             }
+            Ok((positions, normals))
         })?;
         Ok((rows(py, positions)?, rows(py, normals)?))
     }
@@ -448,8 +382,8 @@ impl Mesh {
         Bound<'py, PyArray1<f64>>,
         Bound<'py, PyArray1<i64>>,
     )> {
-        let found = self.of_points(py, &points, None, |geometry, points, closest| {
-            geometry.closest_points(points, closest);
+        let found = self.of_points(py, &points, None, |geometry, points, closest, cancelled| {
+            geometry.closest_points_until(points, closest, cancelled);
             Ok(())
         })?;
         let nothing = ClosestPoint {
@@ -457,11 +391,20 @@ impl Mesh {
             distance: f64::NAN,
             primitive: PrimitiveId::NONE,
         };
-        let found: Vec<ClosestPoint> = found.into_iter().map(|found| found.unwrap_or(nothing)).collect();
-        let distance: Vec<f64> = found.iter().map(|found| found.distance).collect();
-        let triangle: Vec<i64> = found.iter().map(|found| id_of(found.primitive)).collect();
-        let point = rows(py, found.iter().map(|found| found.point.to_array()).collect())?;
-        Ok((point, distance.into_pyarray(py), triangle.into_pyarray(py)))
+        let mut point = room(found.len()).map_err(raised)?;
+        let mut distance = room(found.len()).map_err(raised)?;
+        let mut triangle = room(found.len()).map_err(raised)?;
+        for found in found {
+            let found = found.unwrap_or(nothing);
+            point.push(found.point.to_array());
+            distance.push(found.distance);
+            triangle.push(id_of(found.primitive));
+        }
+        Ok((
+            rows(py, point)?,
+            distance.into_pyarray(py),
+            triangle.into_pyarray(py),
+        ))
     }
 
     fn signed_distance<'py>(
@@ -469,15 +412,15 @@ impl Mesh {
         py: Python<'py>,
         points: Vectors<'_>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let found = self.of_points(py, &points, 0.0, |geometry, points, distances| {
-            geometry.signed_distances(points, distances)
+        let found = self.of_points(py, &points, 0.0, |geometry, points, distances, cancelled| {
+            geometry.signed_distances_until(points, distances, cancelled)
         })?;
         Ok(found.into_pyarray(py))
     }
 
     fn contains<'py>(&self, py: Python<'py>, points: Vectors<'_>) -> PyResult<Bound<'py, PyArray1<bool>>> {
-        let found = self.of_points(py, &points, false, |geometry, points, inside| {
-            geometry.contains_each(points, inside)
+        let found = self.of_points(py, &points, false, |geometry, points, inside, cancelled| {
+            geometry.contains_each_until(points, inside, cancelled)
         })?;
         Ok(found.into_pyarray(py))
     }
@@ -488,7 +431,7 @@ impl Mesh {
         // One refit at a time, and no lock while the pool works: its thread may start another call meanwhile.
         let _turn = self.refits.take(py)?;
         let (old, pool) = (self.geometry(py), self.threads.pool()?);
-        let moved = interruptible(py, |_| pool.install(|| old.refitted(positions)))?;
+        let moved = interruptible(py, &pool, |_| old.refitted(positions))?;
         let moved = Arc::new(moved.map_err(raised)?);
         *self.geometry.write().unwrap_or_else(PoisonError::into_inner) = moved;
         Ok(())

@@ -143,20 +143,18 @@ pub fn render<'py>(
         Source::Bytes(bytes, name) => (bytes, name),
     };
     let is_path = matches!(source, Source::File(_));
-    let done = threads::interruptible(py, |cancelled| {
+    let done = threads::interruptible(py, &pool, |cancelled| {
         let subject = match (&geometry, file) {
             (Some(geometry), _) => Subject::Mesh(solid::copied(geometry, colors)),
             (None, (_, path)) if is_path => Subject::File(path),
             (None, (bytes, name)) => Subject::Bytes(bytes, name),
         };
-        pool.install(|| {
-            picture::picture(subject, request, &|_| {
-                if cancelled.load(Ordering::Relaxed) {
-                    ControlFlow::Break(())
-                } else {
-                    ControlFlow::Continue(())
-                }
-            })
+        picture::picture(subject, request, &|_| {
+            if cancelled.load(Ordering::Relaxed) {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
         })
     })?;
     let picture = done.map_err(|error| raised(&error))?;

@@ -7,13 +7,12 @@ use pyo3::{
 };
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use std::{
-    io,
     ops::Range,
     sync::{
         Arc, Mutex, PoisonError,
         atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering},
     },
-    thread,
+    thread::{self, Thread},
     time::{Duration, Instant},
 };
 
@@ -159,47 +158,55 @@ pub fn shared() -> PyResult<Arc<ThreadPool>> {
     Threads::new(None)?.pool()
 }
 
-/// Runs `work` on a new thread, without the interpreter's lock, while this one watches for Ctrl-C: `work` checks the flag
-/// from time to time and ends early.
+/// Wakes the thread that waits for some work when it is dropped: at the work's end, after a panic too.
+struct End<'a> {
+    is_over: &'a AtomicBool,
+    waiting: Thread,
+}
+
+impl Drop for End<'_> {
+    fn drop(&mut self) {
+        self.is_over.store(true, Ordering::Relaxed);
+        self.waiting.unpark();
+    }
+}
+
+/// Runs `work` on a thread of the pool, without the interpreter's lock, while this thread watches for Ctrl-C: `work` checks
+/// the flag from time to time and ends early.
 ///
 /// # Errors
-/// `KeyboardInterrupt`, or what another signal handler raises; `RuntimeError` if the system refuses the thread.
-pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(&AtomicBool) -> T + Send) -> PyResult<T> {
-    let (cancelled, is_done) = (AtomicBool::new(false), AtomicBool::new(false));
-    let mut interrupted = Ok(());
-    let done = py.detach(|| {
-        thread::scope(|scope| {
-            let waiting = thread::current();
-            let (cancelled, is_done) = (&cancelled, &is_done);
-            let worker = thread::Builder::new().spawn_scoped(scope, move || {
-                let done = work(cancelled);
-                // The thread ends a little later than it wakes the waiting one.
-                is_done.store(true, Ordering::Relaxed);
-                waiting.unpark();
-                done
-            })?;
-            // After a panic only the thread's end tells.
-            let is_over = || is_done.load(Ordering::Relaxed) || worker.is_finished();
-            while !is_over() {
+/// `KeyboardInterrupt`, or what another signal handler raises.
+pub fn interruptible<T: Send>(
+    py: Python<'_>,
+    pool: &ThreadPool,
+    work: impl FnOnce(&AtomicBool) -> T + Send,
+) -> PyResult<T> {
+    let (cancelled, is_over) = (AtomicBool::new(false), AtomicBool::new(false));
+    let (mut interrupted, mut done) = (Ok(()), None);
+    py.detach(|| {
+        let (cancelled, is_over, done) = (&cancelled, &is_over, &mut done);
+        let waiting = thread::current();
+        pool.in_place_scope(|scope| {
+            scope.spawn(move |_| {
+                let _end = End { is_over, waiting };
+                *done = Some(work(cancelled));
+            });
+            while !is_over.load(Ordering::Relaxed) {
                 thread::park_timeout(POLL);
-                if interrupted.is_ok() && !is_over() {
+                if interrupted.is_ok() && !is_over.load(Ordering::Relaxed) {
                     interrupted = Python::attach(|py| py.check_signals());
                     cancelled.store(interrupted.is_err(), Ordering::Relaxed);
                 }
             }
-            Ok(worker.join())
-        })
+        });
     });
     interrupted?;
-    let refused = |error: io::Error| PyRuntimeError::new_err(format!("cannot start a thread: {error}"));
-    match done.map_err(refused)? {
-        Ok(done) => Ok(done),
-        Err(panic) => std::panic::resume_unwind(panic),
-    }
+    // A panic has gone on from the scope.
+    Ok(done.expect("the work is done"))
 }
 
-/// The number of rays or points that are answered between two checks: small at first, then what [`STEP`] has time for. In most
-/// meshes that is a whole part; where thousands of triangles overlap, a ray may take milliseconds.
+/// The number of rays that are answered between two checks: small at first, then what [`STEP`] has time for. In most meshes
+/// that is a whole part; where thousands of triangles overlap, a ray may take milliseconds.
 pub struct Pace(AtomicUsize);
 
 impl Default for Pace {

@@ -19,7 +19,7 @@ pub fn built(
 ) -> PyResult<Mesh> {
     let threads = Threads::new(threads)?;
     let pool = threads.pool()?;
-    let geometry = interruptible(py, |_| pool.install(build))??;
+    let geometry = interruptible(py, &pool, |_| build())??;
     Ok(Mesh::of(geometry.map_err(raised)?, Arc::new(threads)))
 }
 

@@ -434,6 +434,46 @@ def test_ctrl_c_ends_long_calls(tmp_path):
     assert done.stdout == "ended\n", done
 
 
+def test_ctrl_c_ends_calls_with_few_points(tmp_path):
+    code = (
+        "import numpy as np, octray, os, signal, threading, time\n"
+        # From the middle of a ball all triangles are equally near.
+        "corners = np.random.default_rng(0).normal(size=(200_000, 1, 3))\n"
+        "corners = corners + np.random.default_rng(1).normal(size=(200_000, 3, 3)) * 3e-4\n"
+        "corners /= np.linalg.norm(corners, axis=2, keepdims=True)\n"
+        "mesh = octray.Mesh(corners.reshape(-1, 3), np.arange(600_000).reshape(-1, 3), threads=1)\n"
+        "def seconds(points):\n"
+        "    start = time.monotonic()\n"
+        "    try: mesh.closest_point(np.zeros((points, 3)))\n"
+        "    except KeyboardInterrupt: print('interrupted')\n"
+        "    return time.monotonic() - start\n"
+        "tenth = seconds(25)\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "threading.Timer(tenth, lambda: os.kill(os.getpid(), signal.SIGINT)).start()\n"
+        "print(seconds(250) < 6 * tenth)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, cwd=tmp_path)
+    assert done.stdout == "interrupted\nTrue\n", done
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="address space is limited as on Linux")
+def test_memory_that_runs_out_is_an_error(tmp_path):
+    code = (
+        "import numpy as np, octray, resource\n"
+        "mesh = octray.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], threads=1)\n"
+        "mesh.closest_hit([0, 0, 1], [[0, 0, -1]])\n"
+        "rays = np.full((4_000_000, 3), [0, 0, 1], np.float32)\n"
+        "used = int(open('/proc/self/statm').read().split()[0]) * resource.getpagesize()\n"
+        "calls = (mesh.closest_point, mesh.closest_hit, mesh.all_hits, mesh.occluded)\n"
+        "resource.setrlimit(resource.RLIMIT_AS, (used + 30_000_000, -1))\n"
+        "for call in calls:\n"
+        "    try: call(rays) if call == mesh.closest_point else call([0.1, 0.1, -1], rays)\n"
+        "    except MemoryError as error: print(call.__name__)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, cwd=tmp_path)
+    assert done.returncode == 0 and done.stdout.split() == ["closest_point", "closest_hit", "all_hits"], done
+
+
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="this system has no timers")
 def test_a_refit_in_a_signal_handler_does_not_wait_for_itself(tmp_path):
     code = (

@@ -181,3 +181,43 @@ def test_trimesh_rays_that_start_on_the_surface_hit_it():
     for direction in ([np.nan, 0, 1], [0, 0, 0]):
         assert rays.intersects_id(top, [direction])[0].size == 0
     assert not rays.intersects_any(np.array(top) + [0, 0, 1e-6], -np.array(down)).any()
+
+
+def test_trimesh_tells_the_lowest_triangle_of_a_single_hit():
+    trimesh, rays_of = adapter()
+    random = np.random.default_rng(5)
+    # Two triangles on both sides of an edge, and a ray through its middle.
+    for _ in range(300):
+        corners = random.integers(-3, 4, (4, 3)).astype(float)
+        direction = random.integers(-3, 4, 3) + [0.0, 0.0, 0.125]
+        origin = (corners[0] + corners[1]) / 2 - direction
+        pair = trimesh.Trimesh(corners, [[0, 1, 2], [1, 0, 3]], process=False)
+        touched, _ = rays_of(pair, every_triangle=True).intersects_id([origin], [direction])
+        for engine in (rays_of(pair), rays_of(pair, every_triangle=True)):
+            single, _ = engine.intersects_id([origin], [direction], multiple_hits=False)
+            assert single.tolist() == sorted(touched)[:1]
+
+
+def test_trimesh_rays_in_the_plane_they_start_on_miss_it():
+    trimesh, rays_of = adapter()
+    rays = rays_of(trimesh.Trimesh([[0, 0, 0], [4, -4, 0], [4, 0, -4]], [[0, 1, 2]], process=False))
+    for direction in ([1, -1, 0], [1, 1, -2], [1, 2, -3], [3, -1, -2], [-2e9, -4e9, 6e9]):
+        assert not rays.intersects_any([[2, -1, -1]], [direction]).any()
+        assert rays.intersects_id([[2, -1, -1]], [direction])[0].size == 0
+    # Not parallel, though its rounding is.
+    triangle, _, locations = rays.intersects_id([[2, -1, -1]], [[1, -0.999999999, 0]], return_locations=True)
+    assert triangle.tolist() == [0] and locations.tolist() == [[2, -1, -1]]
+
+
+def test_trimesh_flags_are_true_or_false():
+    trimesh, rays_of = adapter()
+    box, ray = trimesh.creation.box(), ([[0, 0, 5]], [[0, 0, -1]])
+    with pytest.raises(ValueError, match="every_triangle: expected True or False, found 'no'"):
+        rays_of(box, every_triangle="no")
+    for flag in ("multiple_hits", "return_locations"):
+        with pytest.raises(ValueError, match=f"{flag}: expected True or False, found 2"):
+            rays_of(box).intersects_id(*ray, **{flag: 2})
+    with pytest.raises(ValueError, match="multiple_hits"):
+        rays_of(box).intersects_location(*ray, multiple_hits=None)
+    with pytest.raises(ValueError, match="crossings: expected True or False, found 'false'"):
+        octray.Mesh(box.vertices, box.faces).all_hits(*ray, crossings="false")

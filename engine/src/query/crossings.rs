@@ -15,7 +15,7 @@ use glam::Vec3;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Crossing(pub [Vec3; 3]);
 
-pub(super) fn direction(d: Vec3) -> Row {
+fn direction(d: Vec3) -> Row {
     [f64::from(d.x), f64::from(d.y), f64::from(d.z), 0.0]
 }
 

@@ -27,10 +27,10 @@ pub struct Line {
 impl Line {
     #[doc(hidden)]
     pub fn new([origin, direction]: GivenLine, middle: DVec3, start: Vec3) -> Self {
-        let (o, d) = (origin - middle, scaled(direction));
+        let o = origin - middle;
         Self {
             origin: [o.x, o.y, o.z, 1.0],
-            direction: [d.x, d.y, d.z, 0.0],
+            direction: row(direction),
             start: point(start),
         }
     }
@@ -54,10 +54,11 @@ impl Line {
     }
 }
 
-/// The direction times a power of two, so that products neither underflow nor overflow.
-fn scaled(direction: DVec3) -> DVec3 {
+/// A direction as a row, times a power of two, so that products neither underflow nor overflow.
+pub(super) fn row(direction: DVec3) -> Row {
     let exponent = direction.abs().max_element().to_bits() >> 52;
-    direction * f64::from_bits((2046 - exponent.min(2045)) << 52)
+    let d = direction * f64::from_bits((2046 - exponent.min(2045)) << 52);
+    [d.x, d.y, d.z, 0.0]
 }
 
 /// All hits of a line, or one of those at each place.

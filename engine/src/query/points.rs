@@ -3,6 +3,7 @@
 use super::{ClosestPoint, Geometry, Points, QueryError, inside, nearest, z_order::in_z_order};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Points per task.
 // Tuned: see docs/lab-notes.md#varied-constants
@@ -15,6 +16,9 @@ const FEWEST_ORDERED: usize = 1024;
 /// Points that are ordered together, at most: in more points neighbours are nearer, but they need more memory.
 // Tuned: see docs/lab-notes.md#closest-points
 const MOST_ORDERED: usize = 65_536;
+
+/// The flag of calls that nobody cancels.
+static NEVER: AtomicBool = AtomicBool::new(false);
 
 impl Geometry {
     /// Finds the closest point of the geometry; of equally near primitives, the one with the lowest id. `None` if there
@@ -40,7 +44,18 @@ impl Geometry {
     /// # Panics
     /// If points and answers differ in number.
     pub fn closest_points<'p>(&self, points: impl Into<Points<'p>>, closest: &mut [Option<ClosestPoint>]) {
-        for_neighbours(points.into(), closest, |point, near| {
+        self.closest_points_until(points.into(), closest, &NEVER);
+    }
+
+    /// Finds closest points until the call is cancelled.
+    #[doc(hidden)]
+    pub fn closest_points_until(
+        &self,
+        points: Points<'_>,
+        closest: &mut [Option<ClosestPoint>],
+        cancelled: &AtomicBool,
+    ) {
+        for_neighbours(points, closest, cancelled, |point, near| {
             self.closest_near(point, near)
         });
     }
@@ -85,8 +100,19 @@ impl Geometry {
         points: impl Into<Points<'p>>,
         inside: &mut [bool],
     ) -> Result<(), QueryError> {
+        self.contains_each_until(points.into(), inside, &NEVER)
+    }
+
+    /// Tests points until the call is cancelled.
+    #[doc(hidden)]
+    pub fn contains_each_until(
+        &self,
+        points: Points<'_>,
+        inside: &mut [bool],
+        cancelled: &AtomicBool,
+    ) -> Result<(), QueryError> {
         self.check_closed()?;
-        for_points(points.into(), inside, |point| self.is_inside(point));
+        for_points(points, inside, cancelled, |point| self.is_inside(point));
         Ok(())
     }
 
@@ -121,39 +147,65 @@ impl Geometry {
         points: impl Into<Points<'p>>,
         distances: &mut [f64],
     ) -> Result<(), QueryError> {
+        self.signed_distances_until(points.into(), distances, &NEVER)
+    }
+
+    /// Finds signed distances until the call is cancelled.
+    #[doc(hidden)]
+    pub fn signed_distances_until(
+        &self,
+        points: Points<'_>,
+        distances: &mut [f64],
+        cancelled: &AtomicBool,
+    ) -> Result<(), QueryError> {
         self.check_closed()?;
-        for_neighbours(points.into(), distances, |point, near| self.signed(point, near));
+        for_neighbours(points, distances, cancelled, |point, near| {
+            self.signed(point, near)
+        });
         Ok(())
     }
 }
 
-/// Calls `answer` for each point.
-fn for_points<T: Send>(points: Points<'_>, answers: &mut [T], answer: impl Fn(DVec3) -> T + Sync) {
+/// Calls `answer` for each point until the call is cancelled: the answers of the others stay as they are.
+fn for_points<T: Send>(
+    points: Points<'_>,
+    answers: &mut [T],
+    cancelled: &AtomicBool,
+    answer: impl Fn(DVec3) -> T + Sync,
+) {
     assert_eq!(points.len(), answers.len(), "an answer for each point");
     let pieces = answers.par_chunks_mut(POINTS).enumerate();
     pieces.for_each(|(piece, answers)| {
         for (i, to) in answers.iter_mut().enumerate() {
+            if cancelled.load(Ordering::Relaxed) {
+                return;
+            }
             *to = answer(points.get(piece * POINTS + i));
         }
     });
 }
 
-/// Calls `answer` for each point, with the closest point to the one before: neighbours follow each other.
+/// The same, with the closest point to the one before: neighbours follow each other.
 fn for_neighbours<T: Send>(
     points: Points<'_>,
     answers: &mut [T],
+    cancelled: &AtomicBool,
     answer: impl Fn(DVec3, &mut Option<DVec3>) -> T + Sync,
 ) {
     assert_eq!(points.len(), answers.len(), "an answer for each point");
     let even = points.len().div_ceil(4 * rayon::current_num_threads());
     if even < FEWEST_ORDERED {
-        return for_points(points, answers, |point| answer(point, &mut None));
+        return for_points(points, answers, cancelled, |point| answer(point, &mut None));
     }
     let size = even.min(MOST_ORDERED);
     let pieces = answers.par_chunks_mut(size).enumerate();
     pieces.for_each(|(piece, answers)| {
         let point = |i: usize| points.get(piece * size + i);
         let mut near = None;
-        in_z_order(answers.len(), point, |i| answers[i] = answer(point(i), &mut near));
+        in_z_order(answers.len(), point, |i| {
+            if !cancelled.load(Ordering::Relaxed) {
+                answers[i] = answer(point(i), &mut near);
+            }
+        });
     });
 }

@@ -2,8 +2,7 @@
 //! report them.
 
 use super::{
-    Geometry, Rays,
-    crossings::direction,
+    Geometry, Rays, exact,
     nearest::box_distances,
     places::{Touch, once_a_place},
     rays::EightRays,
@@ -15,16 +14,16 @@ use crate::{
     geometry::{TriangleLeaf, starts_on_planes},
     lanes::LANES,
     math::orientation::{Row, point, sign},
-    ray::{PrimitiveId, Ray},
+    ray::PrimitiveId,
     scene::Shape,
     simd::{LaneMask, Lanes, Simd, at_level},
 };
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 impl Geometry {
     /// Calls `trace`, which traces `rays` on this thread: with a worker, or up to 256. Returns its result and the triangles on
-    /// which rays start, by the ray's index, then id, without those parallel to the ray; with `once`, one triangle of those at
-    /// the same edge or vertex. After an occlusion query rays that are blocked elsewhere may be missing.
+    /// which rays start, by the ray's index, then id, without those parallel to the ray as the caller has it; with `once`, one
+    /// triangle of those at the same edge or vertex. After an occlusion query rays that are blocked elsewhere may be missing.
     ///
     /// Costs next to nothing unless a ray starts on the plane of a triangle, which the canonical test notices.
     #[doc(hidden)]
@@ -50,21 +49,26 @@ impl Geometry {
             at_level!(self.level(), |simd| rays.eight(simd, first, &mut eight));
             let units = UnitPacket::new(&eight, self.middle());
             for lane in 0..LANES.min(rays.len() - first) {
-                let ray = units.ray(lane).ray;
+                let (ray, [_, direction]) = (units.ray(lane).ray, eight.line(lane));
                 let before = found.len();
                 if ray.is_valid() {
-                    let mut take = |id| found.push((first + lane, id));
-                    at_level!(self.level(), |simd| each_start(
+                    let mut take = |id, corners| {
+                        if starts_on(ray.origin, direction, corners) {
+                            found.push((first + lane, id));
+                        }
+                    };
+                    at_level!(self.level(), |simd| each_around(
                         simd,
                         self.bvh(),
-                        &ray,
+                        ray.origin,
                         &mut stack,
                         &mut take
                     ));
                 }
                 if once {
                     let starts = found.split_off(before);
-                    self.once_a_start(&ray, starts.iter().map(|&(_, id)| id), |id| {
+                    let rows = [point(ray.origin), exact::row(direction)];
+                    self.once_a_start(rows, starts.iter().map(|&(_, id)| id), |id| {
                         found.push((first + lane, id));
                     });
                 }
@@ -77,11 +81,10 @@ impl Geometry {
     /// Calls `keep` with one triangle of each place, of those on which a ray starts.
     fn once_a_start(
         &self,
-        ray: &Ray,
+        rows: [Row; 2],
         starts: impl Iterator<Item = PrimitiveId>,
         mut keep: impl FnMut(PrimitiveId),
     ) {
-        let rows = [point(ray.origin), direction(ray.direction)];
         let mut touches = Vec::new();
         for id in starts {
             let Shape::Triangle(corners) = self.scene().shape(id) else {
@@ -98,16 +101,16 @@ impl Geometry {
     }
 }
 
-/// Calls `take` with each triangle on which a ray starts.
+/// Calls `take` with each triangle of the leaves whose boxes `origin` is in.
 #[inline(always)]
-fn each_start<S: Simd>(
+fn each_around<S: Simd>(
     simd: S,
     bvh: &Bvh,
-    ray: &Ray,
+    origin: Vec3,
     stack: &mut Vec<Child>,
-    take: &mut impl FnMut(PrimitiveId),
+    take: &mut impl FnMut(PrimitiveId, [Vec3; 3]),
 ) {
-    let origin = simd.splat3(ray.origin);
+    let origin = simd.splat3(origin);
     stack.clear();
     stack.push(bvh.root());
     while let Some(child) = stack.pop() {
@@ -122,8 +125,8 @@ fn each_start<S: Simd>(
             );
         } else if child.is_triangles() {
             match bvh.triangle_blocks() {
-                TriangleBlocks::Whole(blocks) => of_leaf(&blocks[child.index()], child, ray, bvh, take),
-                TriangleBlocks::Indexed(blocks) => of_leaf(&blocks[child.index()], child, ray, bvh, take),
+                TriangleBlocks::Whole(blocks) => of_leaf(&blocks[child.index()], child, bvh, take),
+                TriangleBlocks::Indexed(blocks) => of_leaf(&blocks[child.index()], child, bvh, take),
             }
         }
     }
@@ -132,31 +135,28 @@ fn each_start<S: Simd>(
 fn of_leaf<B: TriangleLeaf>(
     block: &B,
     child: Child,
-    ray: &Ray,
     bvh: &Bvh,
-    take: &mut impl FnMut(PrimitiveId),
+    take: &mut impl FnMut(PrimitiveId, [Vec3; 3]),
 ) {
     for lane in 0..child.count() {
-        if starts_on(ray, block.triangle(lane)) {
-            let id = PrimitiveId(block.id(lane));
-            take(id);
-            for &[_, equal] in repeats_of(bvh.repeats(), id) {
-                take(equal);
-            }
+        let (id, corners) = (PrimitiveId(block.id(lane)), block.triangle(lane));
+        take(id, corners);
+        for &[_, equal] in repeats_of(bvh.repeats(), id) {
+            take(equal, corners);
         }
     }
 }
 
-/// Decides exactly whether a ray starts on a triangle and is not parallel to it.
+/// Decides exactly whether a ray from `p` starts on a triangle and is not parallel to it.
 #[must_use]
-pub fn starts_on(ray: &Ray, corners: [Vec3; 3]) -> bool {
+pub fn starts_on(p: Vec3, direction: DVec3, corners: [Vec3; 3]) -> bool {
     let [a, b, c] = corners;
-    let (lower, upper, p) = (a.min(b).min(c), a.max(b).max(c), ray.origin);
+    let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
     if !(p.cmpge(lower).all() && p.cmple(upper).all()) {
         return false;
     }
-    let ([a, b, c, p], d) = ([a, b, c, p].map(point), ray.direction.as_dvec3());
-    if sign([a, b, c, p]) != 0.0 || sign([a, b, c, [d.x, d.y, d.z, 0.0]]) == 0.0 {
+    let [a, b, c, p] = [a, b, c, p].map(point);
+    if sign([a, b, c, p]) != 0.0 || sign([a, b, c, exact::row(direction)]) == 0.0 {
         return false;
     }
     // Seen along an axis along which it is not a line: on no other side of an edge than the triangle.

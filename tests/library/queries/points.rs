@@ -2,6 +2,7 @@
 
 use super::*;
 use octray::query::nearest::on_triangle;
+use std::sync::atomic::AtomicBool;
 
 #[test]
 fn closest_points_are_those_of_all_triangles() {
@@ -81,5 +82,23 @@ fn many_closest_points_are_those_of_one_by_one() {
         for (&point, closest) in points.iter().zip(closest) {
             assert_eq!(closest, geometry.closest_point(point), "{point:?}");
         }
+    }
+}
+
+#[test]
+fn cancelled_calls_leave_answers_as_they_are() {
+    let geometry = Geometry::from_triangles(
+        &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0_f32]],
+        &[[0, 1, 2]],
+    );
+    let points = vec![[0.1_f64; 3]; 40_000];
+    for (cancelled, found) in [(true, 0), (false, points.len())] {
+        let mut closest = vec![None; points.len()];
+        geometry.as_ref().unwrap().closest_points_until(
+            (&points).into(),
+            &mut closest,
+            &AtomicBool::new(cancelled),
+        );
+        assert_eq!(closest.iter().flatten().count(), found);
     }
 }

@@ -1,9 +1,5 @@
-use glam::Vec3;
-use octray::{
-    Geometry, Hit, Rays,
-    query::starts::starts_on,
-    ray::{PrimitiveId, Ray},
-};
+use glam::{DVec3, Vec3};
+use octray::{Geometry, Hit, Rays, query::starts::starts_on, ray::PrimitiveId};
 
 /// A grid of squares, and rays from points on its planes and elsewhere: the counter notices each that starts on one,
 /// whichever kernel traces it.
@@ -37,12 +33,13 @@ fn rays_that_start_on_triangles_are_noticed() {
         let rays = Rays::from_arrays(&origins, &directions).unwrap();
         let expected: Vec<(usize, PrimitiveId)> = (0..origins.len())
             .flat_map(|i| {
-                let ray = Ray::new(origins[i].into(), directions[i].into());
+                let (origin, direction) = (origins[i].into(), Vec3::from(directions[i]).as_dvec3());
                 let (triangles, geometry) = (0..triangles.len(), &geometry);
                 triangles
                     .filter(move |&id| {
                         starts_on(
-                            &ray,
+                            origin,
+                            direction,
                             geometry
                                 .triangle(id)
                                 .map(|corner| (corner - geometry.middle()).as_vec3()),
@@ -71,4 +68,28 @@ fn rays_that_start_on_triangles_are_noticed() {
         all += expected.len();
     }
     assert!(all > 4_000, "{all}");
+}
+
+/// Directions whose rounding to unit length leaves the plane of the triangle that they lie in, or falls into it.
+#[test]
+fn starts_are_those_of_the_given_directions() {
+    let positions = [[0.0, 0.0, 0.0], [4.0, -4.0, 0.0], [4.0, 0.0, -4.0_f64]];
+    let geometry = Geometry::from_triangles(&positions, &[[0, 1, 2]]).unwrap();
+    let directions = [
+        [1.0, -1.0, 0.0],
+        [1.0, 1.0, -2.0],
+        [1.0, 2.0, -3.0],
+        [3.0, -1.0, -2.0],
+        [1.0, -0.999_999_999, 0.0],
+        [1e-300, -1e-300, 1e-309],
+        [1e300, -1e300, 1e285],
+    ];
+    let rays = Rays::from_arrays(&[[2.0, -1.0, -1.0_f64]], &directions).unwrap();
+    let mut hits = [Hit::default(); 7];
+    for once in [false, true] {
+        let ((), starts) =
+            geometry.with_starts(rays, once, || geometry.worker().closest_hits(rays, &mut hits));
+        assert_eq!(starts, [4, 5, 6].map(|ray| (ray, PrimitiveId(0))));
+    }
+    assert!(starts_on(Vec3::X, DVec3::Z, [Vec3::ZERO, Vec3::X * 2.0, Vec3::Y]));
 }
