@@ -55,14 +55,14 @@ fn read(text: &[u8], path: &Path, budget: &Budget) -> Result<(LoadedMesh, Unusab
     };
     let header = Header::read(&mut lines)?;
     refuse_binary(text, "the text of an OFF mesh")?;
-    let (start, before) = (lines.at, budget.taken());
     let mut off = Off::new(budget, header);
-    if let Err(fault) = off.lines(lines) {
-        off = Off::new(budget, header);
-        budget.give_back_to(before);
-        if off.words(text, start).is_err() {
-            return Err(fault);
-        }
+    for _ in 0..header.vertices {
+        let line = lines.expect("vertex", header.vertices)?;
+        off.vertex(line)?;
+    }
+    for _ in 0..header.faces {
+        let line = lines.expect("face", header.faces)?;
+        off.face(line)?;
     }
     let unusable = std::mem::take(&mut off.unusable);
     Ok((off.finish(path)?, unusable))
@@ -242,64 +242,13 @@ impl<'b> Off<'b> {
         }
     }
 
-    /// Reads a vertex or a face from each line.
-    fn lines(&mut self, mut lines: Lines<'_>) -> Result<(), TextFault> {
-        let Header { vertices, faces, .. } = self.header;
-        for _ in 0..vertices {
-            let mut line = lines.expect("vertex", vertices)?;
-            self.vertex(&mut line, true)?;
-        }
-        for _ in 0..faces {
-            let mut line = lines.expect("face", faces)?;
-            self.corners(&mut line)?;
-            self.face(line)?;
-        }
-        Ok(())
-    }
-
-    /// Reads numbers that are spread over lines, as Geomview does: there only the colour of a face ends with its line.
-    fn words(&mut self, text: &[u8], start: usize) -> Result<(), TextFault> {
-        let mut copy = Vec::new();
-        self.budget.reserve(&mut copy, text.len())?;
-        copy.extend_from_slice(text);
-        let ends = |byte: &u8| *byte == b'\n' || *byte == b'\r';
-        for line in copy.split_mut(ends) {
-            let comment = line.iter().position(|&byte| byte == b'#').unwrap_or(line.len());
-            line[comment..].fill(b' ');
-        }
-        let text = &copy[..];
-        let mut words = Words::new(text, start..text.len());
-        for _ in 0..self.header.vertices {
-            self.vertex(&mut words, false)?;
-            // Opacity and texture coordinates.
-            let more = usize::from(self.header.has_colors) + 2 * usize::from(self.header.has_uvs);
-            for _ in 0..more {
-                number(&mut words, "a")?;
-            }
-        }
-        for _ in 0..self.header.faces {
-            self.corners(&mut words)?;
-            let at = words.position();
-            let rest = text.get(at..).unwrap_or_default();
-            let end = at + rest.iter().position(ends).unwrap_or(rest.len());
-            self.face(Words::new(text, at..end))?;
-            words = Words::new(text, end..text.len());
-        }
-        self.budget.give_back(copy.capacity());
-        match words.next() {
-            Some((_, place)) => Err(TextFault::new(place, "found more than the header promises")),
-            None => Ok(()),
-        }
-    }
-
-    /// Reads a vertex; a `line` may end with a colour that the header does not mention.
-    fn vertex(&mut self, words: &mut Words<'_>, line: bool) -> Result<(), TextFault> {
+    fn vertex(&mut self, mut words: Words<'_>) -> Result<(), TextFault> {
         let columns = &mut self.columns;
         let axes = [&mut columns.x, &mut columns.y, &mut columns.z];
         let mut is_point = true;
         let offset = self.budget.offset();
         for (axis, (column, what)) in axes.into_iter().zip(["x", "y", "z"]).enumerate() {
-            let (value, place) = any_number(words, what, |word| offset.parse(axis, word))?;
+            let (value, place) = any_number(&mut words, what, |word| offset.parse(axis, word))?;
             if !is_usable(value) {
                 is_point = false;
                 self.unusable.keep_first(|| unusable(what, value, place));
@@ -310,15 +259,15 @@ impl<'b> Off<'b> {
         self.unusable.count += usize::from(!is_point);
         if self.header.has_normals {
             let [x, y, z] =
-                ["nx", "ny", "nz"].map(|what| any_number(words, what, |word| fast_float2::parse(word)));
+                ["nx", "ny", "nz"].map(|what| any_number(&mut words, what, |word| fast_float2::parse(word)));
             self.budget.reserve(&mut columns.normals, 1)?;
             let normal = usable_normal([x?.0, y?.0, z?.0], &mut self.odd_normals);
             columns.normals.push(normal);
         }
         // Many programs write colours without the prefix.
-        let left = if line { words.clone().count() } else { 0 };
+        let left = words.clone().count();
         if self.header.has_colors || (3..=4).contains(&left) && !self.header.has_uvs {
-            let [red, green, blue] = ["red", "green", "blue"].map(|what| number(words, what));
+            let [red, green, blue] = ["red", "green", "blue"].map(|what| number(&mut words, what));
             let vertices = columns.x.len();
             let missing = vertices - columns.colors.len();
             self.budget.reserve(&mut columns.colors, missing)?;
@@ -328,9 +277,8 @@ impl<'b> Off<'b> {
         Ok(())
     }
 
-    /// Reads the corners of a face.
-    fn corners(&mut self, words: &mut Words<'_>) -> Result<(), TextFault> {
-        let size = count(words, "corners")?;
+    fn face(&mut self, mut words: Words<'_>) -> Result<(), TextFault> {
+        let size = count(&mut words, "corners")?;
         self.corners.clear();
         let vertices = self.columns.x.len();
         for _ in 0..size {
@@ -354,11 +302,6 @@ impl<'b> Off<'b> {
             self.budget.reserve(&mut self.corners, 1)?;
             self.corners.push(index);
         }
-        Ok(())
-    }
-
-    /// Adds a face of the current corners, which has this colour.
-    fn face(&mut self, color: Words<'_>) -> Result<(), TextFault> {
         let [first, others @ ..] = &self.corners[..] else {
             self.small += 1;
             return Ok(());
@@ -373,7 +316,7 @@ impl<'b> Off<'b> {
             .add(self.columns.triangles.len(), triangles, 1, self.budget)?;
         let fan = others.windows(2).map(|pair| [*first, pair[0], pair[1]]);
         self.columns.triangles.extend(fan);
-        let surface = self.surface(color)?;
+        let surface = self.surface(words)?;
         self.budget.reserve(&mut self.surface_of, triangles)?;
         self.surface_of.resize(self.columns.triangles.len(), surface);
         Ok(())

@@ -64,24 +64,6 @@ fn colours_of_vertices_and_faces() {
 }
 
 #[test]
-fn numbers_may_be_spread_over_lines() {
-    let spread = mesh("OFF\n4 2 0\n0 0 0 1 0 0 # a\n1 1\n0 0 1 0\n4 0 1\n2 3 1.0 0 0\n3 0\n1 2\n");
-    let lines = mesh(&format!("OFF\n4 2 0\n{SQUARE}4 0 1 2 3 1.0 0 0\n3 0 1 2\n"));
-    assert_eq!(spread.columns.triangles, lines.columns.triangles);
-    assert_eq!(
-        (spread.columns.x, spread.surface_of),
-        (lines.columns.x, lines.surface_of)
-    );
-    let colors = mesh(
-        "STCNOFF\n3 1 0\n0 0 0 0 0 1 1 0 0 1 0 0\n1 0 0 0 0 1 1 0 0 1 0 0 0 1 0 0 0 1\n1 0 0 1 0 0\n3 0 1 2",
-    );
-    assert_eq!(colors.columns.colors, [[1.0, 0.0, 0.0]; 3]);
-    // The error is that of lines.
-    let fault = load("OFF\n3 1 0\n0 0 0 1 0 0\n0 1 0\n3 0 1\n2 5\n7\n").expect_err("too many numbers");
-    assert_eq!(fault, "6:3: vertex index `5`, but the file has only 3 vertices");
-}
-
-#[test]
 fn without_faces_it_is_a_cloud() {
     assert!(mesh(&format!("OFF\n4 0 0\n{SQUARE}")).cloud.is_some());
     assert!(mesh("OFF\n0 0 0\n").cloud.is_none());
