@@ -27,8 +27,10 @@ const LEAST_COUNTED: usize = 1 << 10;
 /// Polygons with more corners are left to [`ears`]: `earcut` gives better triangles, but can take cubic time and more.
 // Tuned: see docs/lab-notes.md#polygon-corners
 const MOST_FOR_EARCUT: usize = 64;
-/// How many polygons a thread checks at a time.
-const PIECE: usize = 1 << 12;
+/// How many triangles of polygons a thread checks at a time.
+const PIECE: usize = 1 << 14;
+/// How many of such pieces are listed at a time.
+const LISTED: usize = 1 << 12;
 
 /// Which triangles of a mesh are polygons of four corners and more.
 #[derive(Default)]
@@ -66,17 +68,18 @@ impl Fans {
     }
 
     fn add_run(&mut self, mut run: Run, budget: &Budget) -> Result<(), BudgetError> {
+        let most = (PIECE / run.each).max(1);
         if let Some(last) = self.0.last_mut()
             && last.each == run.each
             && last.first + last.count * last.each == run.first
         {
-            let more = run.count.min(PIECE - last.count);
+            let more = run.count.min(most - last.count);
             last.count += more;
             run.count -= more;
             run.first += more * run.each;
         }
         while run.count > 0 {
-            let count = run.count.min(PIECE);
+            let count = run.count.min(most);
             budget.reserve(&mut self.0, 1)?;
             self.0.push(Run { count, ..run });
             run.count -= count;
@@ -103,7 +106,7 @@ impl Fans {
         } = mesh;
         let columns = [&x[..], &y[..], &z[..]];
         let (mut rest, mut at, mut fans) = (&mut triangles[..], 0, 0);
-        for runs in self.0.chunks(PIECE) {
+        for runs in self.0.chunks(LISTED) {
             let parts = runs.iter().map(|run| {
                 // Runs are in the order of their triangles.
                 _ = rest.split_off_mut(..run.first - at);

@@ -6,7 +6,7 @@ use crate::{
     cli::{CliError, args},
     error::clip,
 };
-use clap::{Command, builder::PossibleValuesParser};
+use clap::{Arg, Command, builder::PossibleValuesParser};
 use clap_complete::Shell;
 use std::{io, str::FromStr};
 
@@ -25,8 +25,8 @@ pub fn completions(shell: &str) -> Result<String, CliError> {
     let mut all = args::definition();
     all.build();
     // clap takes only names that live as long as the program.
-    let pages: Vec<&'static str> = names(&all).map(|name| &*name.to_owned().leak()).collect();
-    let pages = PossibleValuesParser::new(pages);
+    let names: Vec<&'static str> = names(&all).map(|name| &*name.to_owned().leak()).collect();
+    let pages = PossibleValuesParser::new(names.clone());
     let mut all = args::definition()
         .mut_subcommand("man", |man| offering(man, "command", pages))
         .mut_subcommands(|command| {
@@ -37,7 +37,7 @@ pub fn completions(shell: &str) -> Result<String, CliError> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut all, "octray", &mut script);
     let script = String::from_utf8_lossy(&script);
-    Ok(scenes::with_scenes(shell, &script, &all))
+    Ok(scenes::with_scenes(shell, &script, &names, &fish_words(&all)))
 }
 
 /// Options that take words besides numbers or colours.
@@ -52,6 +52,26 @@ fn offering(command: Command, name: &'static str, values: PossibleValuesParser) 
         return command.mut_arg(name, |arg| arg.value_parser(values));
     }
     command
+}
+
+/// The words of arguments without options, which clap_complete leaves out for fish.
+fn fish_words(all: &Command) -> String {
+    let mut lines = String::new();
+    for command in all.get_subcommands() {
+        let words = command.get_positionals().flat_map(Arg::get_possible_values);
+        let words = words.map(|word| {
+            let help = word.get_help().map(ToString::to_string).unwrap_or_default();
+            format!("{}\\t'{}'", word.get_name(), help.replace('\'', "\\'"))
+        });
+        let words: Vec<String> = words.collect();
+        if !words.is_empty() {
+            let (name, words) = (command.get_name(), words.join("\n"));
+            lines += &format!(
+                "complete -c octray -n \"__fish_octray_using_subcommand {name}\" -f -a \"{words}\"\n"
+            );
+        }
+    }
+    lines
 }
 
 /// A manual page in roff: of octray as a whole, or of one command.

@@ -82,7 +82,7 @@ impl FromStr for Backdrop {
 pub struct PictureOptions {
     /// How linear channels become bytes.
     pub transfer: Transfer,
-    /// The same for a file of bytes, with which an EXR picture may be compared.
+    /// The same for a file of bytes: the backdrop's colour is such bytes, and an EXR picture may be compared with some.
     pub byte_transfer: Transfer,
     pub backdrop: Backdrop,
     pub aovs: Vec<AovKind>,

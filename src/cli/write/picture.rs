@@ -80,7 +80,7 @@ impl Picture {
     pub fn new(format: Format, options: &PictureOptions) -> Self {
         let transfer = options.transfer;
         let behind = match options.backdrop {
-            Backdrop::Color(color) => Some(linear(transfer, color)),
+            Backdrop::Color(color) => Some(linear(options.byte_transfer, color)),
             Backdrop::Scene | Backdrop::Transparent => None,
         };
         let pixels = if options.backdrop.is_transparent() {

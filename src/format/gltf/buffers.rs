@@ -221,7 +221,8 @@ impl<'a> Buffers<'a> {
 
     /// A data URI (RFC 2397) without its scheme.
     fn data(&self, name: &str, data: &str) -> Result<Vec<u8>, LoadError> {
-        let Some((_, base64)) = data.split_once(";base64,") else {
+        let is_base64 = |(kind, _): &(&str, &str)| kind.to_ascii_lowercase().ends_with(";base64");
+        let Some((_, base64)) = data.split_once(',').filter(is_base64) else {
             return Err(self.refused(format!("{name} is a data URI without `;base64,`")));
         };
         let room = base64::decoded_len_estimate(base64.len());

@@ -40,22 +40,22 @@ pub(super) fn is_cloud(root: &Root, hidden: &Hidden) -> bool {
     primitives.peek().is_some() && primitives.all(|primitive| is_points(primitive) || is_lines(primitive))
 }
 
-/// Which meshes the default scene shows, or else the first one; all of them if there is none.
+/// Which meshes the default scene shows, or else the first one, or else all nodes.
 fn shown_meshes(root: &Root, hidden: &Hidden) -> Vec<bool> {
     let scene = root.scene.map_or(0, |scene| scene.value());
-    let Some(scene) = root.scenes.get(scene) else {
-        return vec![true; root.meshes.len()];
+    let mut waiting: Vec<usize> = match root.scenes.get(scene) {
+        Some(scene) => scene.nodes.iter().map(Index::value).collect(),
+        None => (0..root.nodes.len()).collect(),
     };
     let mut shown = vec![false; root.meshes.len()];
     let mut is_known = vec![false; root.nodes.len()];
-    let mut waiting: Vec<_> = scene.nodes.iter().collect();
     // The indices are not checked yet.
-    while let Some(i) = waiting.pop().map(Index::value) {
+    while let Some(i) = waiting.pop() {
         let Some(node) = root.nodes.get(i).filter(|_| !hidden.is_at(i)) else {
             continue;
         };
         if !std::mem::replace(&mut is_known[i], true) {
-            waiting.extend(node.children.iter().flatten());
+            waiting.extend(node.children.iter().flatten().map(Index::value));
             if let Some(shown) = node.mesh.and_then(|mesh| shown.get_mut(mesh.value())) {
                 *shown = true;
             }

@@ -85,8 +85,11 @@ fn transforms_of_nodes_within_nodes() {
 
 #[test]
 fn a_file_of_its_own_or_one_for_all() {
-    for scheme in ["data", "DATA"] {
-        let as_uri = format!("{scheme}:application/octet-stream;base64,{}", base64(&buffer()));
+    for [scheme, encoding] in [["data", "base64"], ["DATA", "Base64"]] {
+        let as_uri = format!(
+            "{scheme}:application/octet-stream;{encoding},{}",
+            base64(&buffer())
+        );
         let inside = changed("a%20b.bin", &as_uri).expect("a data URI");
         assert_eq!(inside.columns.triangles.len(), 2);
     }

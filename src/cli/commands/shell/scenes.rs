@@ -3,7 +3,6 @@
 //! clap knows nothing of it, so what clap_complete makes of its definition is told that the first word is `render` unless it
 //! is a command.
 
-use clap::{Arg, Command};
 use clap_complete::Shell;
 
 /// Stands for the names of all commands, separated by spaces.
@@ -97,9 +96,9 @@ const ZSH_REST: &str = "\n'*::";
 /// The same with options between them.
 const ZSH_MIXED: &str = "\n'*:";
 
-/// A script of clap_complete that also completes `octray SCENE ...`: for bash, zsh and fish. `all` is its built definition.
-pub fn with_scenes(shell: Shell, script: &str, all: &Command) -> String {
-    let commands: Vec<&str> = super::names(all).collect();
+/// A script of clap_complete that also completes `octray SCENE ...`: for bash, zsh and fish. `fish_words` is what
+/// fish needs besides.
+pub fn with_scenes(shell: Shell, script: &str, commands: &[&str], fish_words: &str) -> String {
     let filled = |text: &str| text.replace(COMMANDS, &commands.join(" "));
     match shell {
         Shell::Bash => script.replace(BASH_FILES, "COMPREPLY=()") + &filled(BASH),
@@ -108,27 +107,7 @@ pub fn with_scenes(shell: Shell, script: &str, all: &Command) -> String {
                 .replace(ZSH_REST, ZSH_MIXED)
                 .replacen(ZSH_START, &(ZSH_START.to_owned() + &filled(ZSH)), 1)
         }
-        Shell::Fish => script.to_owned() + &filled(FISH) + &fish_words(all),
+        Shell::Fish => script.to_owned() + &filled(FISH) + fish_words,
         _ => script.to_owned(),
     }
-}
-
-/// The words of arguments without options, which clap_complete leaves out for fish.
-fn fish_words(all: &Command) -> String {
-    let mut lines = String::new();
-    for command in all.get_subcommands() {
-        let words = command.get_positionals().flat_map(Arg::get_possible_values);
-        let words = words.map(|word| {
-            let help = word.get_help().map(ToString::to_string).unwrap_or_default();
-            format!("{}\\t'{}'", word.get_name(), help.replace('\'', "\\'"))
-        });
-        let words: Vec<String> = words.collect();
-        if !words.is_empty() {
-            let (name, words) = (command.get_name(), words.join("\n"));
-            lines += &format!(
-                "complete -c octray -n \"__fish_octray_using_subcommand {name}\" -f -a \"{words}\"\n"
-            );
-        }
-    }
-    lines
 }

@@ -1,6 +1,7 @@
 //! `KHR_lights_punctual`.
 
 use super::*;
+use crate::format::gltf::lights::PunctualLights;
 use crate::scene::{Light, LightShape};
 
 #[test]
@@ -69,4 +70,25 @@ fn punctual_lights() {
     assert_eq!(lit(r#"{"type":"point"},{"intensity":"x"}"#, "0").lights.len(), 1);
     let many = vec![r#"{"type":"point"}"#; 1025].join(",");
     assert_eq!(lit(&many, "0").lights.len(), 1);
+}
+
+/// Values that nothing reads need not be UTF-8.
+#[test]
+fn lights_beside_other_encodings() {
+    let json = SCENE.replacen(
+        r#""asset":{"version":"2.0"}"#,
+        r#""asset":{"version":"2.0"},"extras":"Andr?","extensions":{"KHR_lights_punctual":{"lights":[{"type":"point"}]}}"#,
+        1,
+    );
+    let json = json.replacen(
+        r#"{"camera":0"#,
+        r#"{"extensions":{"KHR_lights_punctual":{"light":0}},"camera":0"#,
+        1,
+    );
+    let json: Vec<u8> = json
+        .bytes()
+        .map(|byte| if byte == b'?' { 0xe9 } else { byte })
+        .collect();
+    let lights = PunctualLights::of(&json);
+    assert!((0..4).any(|node| lights.is_at(node)));
 }
