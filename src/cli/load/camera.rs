@@ -99,7 +99,7 @@ impl CameraOptions {
         find("the scene", &names, name).map(Some)
     }
 
-    /// Whether there is a lens: of the options or of the selected camera of a scene, if it moves at any keyframe.
+    /// Whether there is a lens: that of the options, or of the selected camera of a scene, at any of its keyframes.
     pub fn has_lens(&self, scene: Option<&Scene>) -> bool {
         let own = |scene: &Scene| matches!(self.selected(scene), Ok(Some(index)) if scene.has_lens(index));
         self.aperture

@@ -92,6 +92,8 @@ pub(super) fn read(
         if let Some(&Some(mean)) = map.and_then(|map| smoothness.get(map.image as usize)) {
             // The highlight is as wide as that of the mean.
             surface.alpha = exponent(1.0 - f32::from(mean) / 255.0);
+            // The map has all of its strength: linear light decodes each factor, and not their product.
+            surface.specular = [1.0; 3];
         }
     }
     // Buffers stay until the mesh is read; what was read for images alone goes now.

@@ -325,8 +325,8 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
         diffuse = tinted(diffuse, Surface::NEUTRAL.diffuse);
     }
     let specular = match (&roughness_map, rough_shown) {
-        // The map has all of it: display values of a product are not those of its factors.
-        (Some(_), Some(_)) => [1.0; 3],
+        // Until the map is read, which has all of it.
+        (Some(_), Some(_)) => [STRONGEST; 3],
         (Some(_), None) => specular(ROUGHNESS_MAP, metallic, diffuse),
         _ => specular(roughness.clamp(0.1, 1.0), metallic, diffuse),
     };

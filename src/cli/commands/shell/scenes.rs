@@ -96,8 +96,8 @@ const ZSH_REST: &str = "\n'*::";
 /// The same with options between them.
 const ZSH_MIXED: &str = "\n'*:";
 
-/// A script of clap_complete that also completes `octray SCENE ...`: for bash, zsh and fish. `fish_words` is what
-/// fish needs besides.
+/// A script of clap_complete that also completes `octray SCENE ...`: for bash, zsh and fish. `fish_words` is what fish needs
+/// besides.
 pub fn with_scenes(shell: Shell, script: &str, commands: &[&str], fish_words: &str) -> String {
     let filled = |text: &str| text.replace(COMMANDS, &commands.join(" "));
     match shell {

@@ -81,6 +81,7 @@ fn roughness_maps() {
         ["folder/a.gltf: texture no.png is not shown: file not found"]
     );
     assert_eq!(mesh.surfaces[0].textures.specular_map, None);
+    assert_eq!(mesh.surfaces[0].specular, [0.3; 3]);
     assert_eq!(
         mesh.surfaces[0].alpha,
         crate::format::gltf::materials::exponent(0.5)
