@@ -86,7 +86,7 @@ fn the_camera_sees_all_poses_and_stands_still() {
     assert!(picture(&folder, "f6.png") == whole);
 }
 
-/// Of a turntable nothing is played.
+/// A turntable plays nothing.
 #[test]
 fn frames_per_second_without_an_animation_are_reported() {
     let folder = folder();

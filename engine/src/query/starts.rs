@@ -22,8 +22,9 @@ use glam::{DVec3, Vec3};
 
 impl Geometry {
     /// Calls `trace`, which traces `rays` on this thread: with a worker, or up to 256. Returns its result and the triangles on
-    /// which rays start, by the ray's index, then id, without those parallel to the ray as the caller has it; with `once`, one
-    /// triangle of those at the same edge or vertex. After an occlusion query rays that are blocked elsewhere may be missing.
+    /// which rays start, by the ray's index, then id. Triangles parallel to the ray as the caller has it are left out; with
+    /// `once`, one triangle of those at the same edge or vertex is told. After an occlusion query rays that are blocked
+    /// elsewhere may be missing.
     ///
     /// Costs next to nothing unless a ray starts on the plane of a triangle, which the canonical test notices.
     #[doc(hidden)]
