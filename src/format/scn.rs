@@ -88,10 +88,15 @@ pub(super) fn parse(
         last_statement: "",
     };
     reader.file(text, name, identity)?;
-    if reader.needs_light && !reader.has_lights && reader.seen.ambient.is_none() {
+    if reader.needs_light && !reader.has_lights {
+        let is_dark = reader.seen.ambient.is_some();
+        let consequence = if is_dark {
+            "its surfaces are black"
+        } else {
+            "only ambient light reaches its surfaces"
+        };
         reader.builder.add_note(format!(
-            "{}: the scene has no light, so only ambient light reaches its surfaces; add a line such as \
-             `light 9 -4 10 0.7`",
+            "{}: the scene has no light, so {consequence}; add a line such as `light 9 -4 10 0.7`",
             name.display()
         ));
     }

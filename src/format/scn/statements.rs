@@ -239,6 +239,7 @@ impl Reader<'_> {
             reach = Some((arguments.number(word, "reach")?, word));
         }
         Seen::once(&mut self.seen.ambient, &arguments, "`ambient`")?;
+        self.has_lights |= ambient > 0.0;
         let set = self.builder.set_ambient(ambient);
         set.map_err(|error| arguments.refused(&error, &[("ambient", word)]))?;
         let Some((reach, word)) = reach else {
