@@ -191,7 +191,7 @@ pub fn picture(
         Vec::new()
     } else {
         let all = renderer.aovs(&input.camera, &settings, false, on_progress)?;
-        let axis = Axis::of(&input.camera, &settings);
+        let axis = Axis::of(&input.scene, &input.camera, &settings);
         let of_kind = |which: &AovKind| (which.name(), values(&all, *which, axis));
         request.aovs.iter().map(of_kind).collect()
     };

@@ -72,9 +72,23 @@ struct Distorted {
     c: f64,
 }
 
+impl Distorted {
+    /// Whether the matrix is positive definite. All comparisons are false for NaN.
+    #[inline(always)]
+    fn is_monotonic(&self) -> bool {
+        self.a + self.c > 0.0 && self.a * self.c - self.b * self.b > 0.0
+    }
+}
+
 impl Inverse {
     /// The most steps: from the largest slope, `r⁹` comes down by a ninth in each.
     const STEPS: usize = 128;
+
+    /// The most steps in two dimensions. Where more are needed, the start was not near, and the end is anywhere.
+    const REFINING_STEPS: usize = 16;
+
+    /// Points on the way from the axis where the distortion must be monotonic.
+    const PARTS: u32 = 32;
 
     /// A relative step after which a point is exact: Newton's method doubles the digits.
     const LAST_STEP: f64 = 1e-12;
@@ -170,13 +184,34 @@ impl Inverse {
     pub fn directions<const N: usize>(&self, points: &[[f64; N]; 2]) -> [DVec3; N] {
         let [x, y] = self.undistorted(points);
         std::array::from_fn(|i| {
+            let point = [points[0][i], points[1][i]];
             let found = [x[i], y[i]];
-            if self.is_right([points[0][i], points[1][i]], found) {
-                self.direction(found)
+            let found = if self.is_right(point, found) {
+                Some(found)
             } else {
-                DVec3::ZERO
-            }
+                self.followed(point)
+            };
+            found.map_or(DVec3::ZERO, |found| self.direction(found))
         })
+    }
+
+    /// Follows a point from the optical axis, for points that Newton's method does not find from their radius.
+    #[cold]
+    fn followed(&self, point: [f64; 2]) -> Option<[f64; 2]> {
+        let [mut x, mut y] = [[0.0]; 2];
+        if self.tangential == [0.0; 2] {
+            return None;
+        }
+        for part in 1..=Self::PARTS {
+            let share = f64::from(part) / f64::from(Self::PARTS);
+            let target = point.map(|at| at * share);
+            self.refine(&target.map(|at| [at]), &mut [&mut x, &mut y]);
+            if !self.distort([x[0], y[0]]).is_monotonic() {
+                return None;
+            }
+        }
+        let found = [x[0], y[0]];
+        self.is_right(point, found).then_some(found)
     }
 
     /// The points whose distorted ones these are; anything for those without one. Loops have no branches, so that they
@@ -203,7 +238,8 @@ impl Inverse {
             found[1][i] *= scale;
         }
         if !is_radial {
-            self.refine(points, &mut found);
+            let [x, y] = &mut found;
+            self.refine(points, &mut [x, y]);
         }
         found
     }
@@ -240,9 +276,9 @@ impl Inverse {
 
     /// Adds the tangential part, by Newton's method in two dimensions.
     #[inline(always)]
-    fn refine<const N: usize>(&self, points: &[[f64; N]; 2], [x, y]: &mut [[f64; N]; 2]) {
+    fn refine<const N: usize>(&self, points: &[[f64; N]; 2], [x, y]: &mut [&mut [f64; N]; 2]) {
         let mut open = [1.0; N];
-        for _ in 0..Self::STEPS {
+        for _ in 0..Self::REFINING_STEPS {
             for i in 0..N {
                 let Distorted { point, a, b, c } = self.distort([x[i], y[i]]);
                 let (u, v) = (points[0][i] - point[0], points[1][i] - point[1]);
@@ -261,21 +297,27 @@ impl Inverse {
         }
     }
 
-    /// Whether `found` is the point of a distorted one, where the distortion is monotonic.
+    /// Whether `found` is the point of a distorted one, and the distortion is monotonic from the axis to it.
     #[inline(always)]
     fn is_right(&self, point: [f64; 2], found: [f64; 2]) -> bool {
-        let Distorted {
-            point: again,
-            a,
-            b,
-            c,
-        } = self.distort(found);
+        let distorted = self.distort(found);
         let [x, y] = found;
+        let again = distorted.point;
         let difference = (again[0] - point[0]).abs().max((again[1] - point[1]).abs());
         let size = point[0].abs().max(point[1].abs()).max(1.0);
-        // Positive definite: all comparisons are false for NaN.
-        let is_monotonic = a + c > 0.0 && a * c - b * b > 0.0;
-        difference <= Self::TOLERANCE * size && is_monotonic && x * x + y * y <= self.end * self.end
+        difference <= Self::TOLERANCE * size
+            && distorted.is_monotonic()
+            && x * x + y * y <= self.end * self.end
+            && (self.tangential == [0.0; 2] || self.is_monotonic_until(found))
+    }
+
+    /// Whether the distortion is monotonic on the way from the axis to a point.
+    #[inline(always)]
+    fn is_monotonic_until(&self, [x, y]: [f64; 2]) -> bool {
+        (1..Self::PARTS).all(|part| {
+            let share = f64::from(part) / f64::from(Self::PARTS);
+            self.distort([x * share, y * share]).is_monotonic()
+        })
     }
 
     /// The direction of a point that is not distorted.

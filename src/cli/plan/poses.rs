@@ -284,7 +284,10 @@ impl Frame {
         let column = |i: usize| DVec3::new(x[i], y[i], z[i]);
         for (i, name) in ["first", "second", "third"].into_iter().enumerate() {
             if column(i).try_normalize().is_none() {
-                return Err(format!("the {name} column of transform_matrix is 0"));
+                let length = column(i).length();
+                return Err(format!(
+                    "the {name} column of transform_matrix has length {length}"
+                ));
             }
         }
         let eye = column(3);

@@ -11,7 +11,7 @@ use crate::{
     math::Aabb,
     ray::{InstanceId, PrimitiveId},
     render::{Aov, Aovs, ByteFilm, Settings, Transfer, nearest_byte, quantize},
-    scene::{Camera, Plane, Projection, Scene},
+    scene::{Camera, PixelRays, Plane, Projection, Scene},
 };
 use glam::Vec3;
 use serde::Serialize;
@@ -184,14 +184,15 @@ pub struct Axis {
     middle: [f64; 2],
     /// Focal lengths, pixels; infinite if rays are parallel.
     focal: [f64; 2],
-    /// The camera and the picture's size, if there is a distortion.
-    distorted: Option<(Camera, [u32; 2])>,
+    /// The traced rays and the direction of the view, if there is a distortion.
+    distorted: Option<(PixelRays, Vec3)>,
 }
 
 impl Axis {
     /// The axis of a picture with these settings.
-    pub fn of(camera: &Camera, settings: &Settings) -> Self {
-        let intrinsics = camera.intrinsics(settings.width, settings.height);
+    pub fn of(scene: &Scene, camera: &Camera, settings: &Settings) -> Self {
+        let (width, height) = (settings.width, settings.height);
+        let intrinsics = camera.intrinsics(width, height);
         let (middle, focal) = intrinsics.map_or(([0.0; 2], [f64::INFINITY; 2]), |intrinsics| {
             (intrinsics.principal_point, intrinsics.focal)
         });
@@ -203,20 +204,20 @@ impl Axis {
             focal,
             distorted: camera
                 .distortion()
-                .map(|_| (*camera, [settings.width, settings.height])),
+                .map(|_| (camera.pixel_rays(scene, width, height, 1), camera.forward())),
         }
     }
 
     /// The depth along the view of the pixel with that index.
     pub fn z(&self, index: usize, pixel: &Aov) -> f64 {
         let (x, y) = (index as u32 % self.width, index as u32 / self.width);
-        let point = [(x, 0), (y, 1)].map(|(at, axis)| f64::from(self.first[axis] + at) + 0.5);
+        let [x, y] = [self.first[0] + x, self.first[1] + y];
         let depth = f64::from(pixel.depth);
-        if let Some((camera, size)) = self.distorted.filter(|_| depth.is_finite()) {
-            return camera
-                .sight(point, size)
-                .map_or(f64::INFINITY, |sight| depth * sight.z);
+        if let Some((rays, forward)) = self.distorted.filter(|_| depth.is_finite()) {
+            let direction = rays.direction(x, y, [0, 0]).as_dvec3();
+            return depth * direction.dot(forward.as_dvec3());
         }
+        let point = [x, y].map(|at| f64::from(at) + 0.5);
         let [x, y] = [0, 1].map(|axis| (point[axis] - self.middle[axis]) / self.focal[axis]);
         depth / (1.0 + x * x + y * y).sqrt()
     }

@@ -121,7 +121,7 @@ impl AovFiles {
         let costs = self.asked.contains(&AovKind::Heat);
         let aovs = renderer.aovs(camera, settings, costs, on_progress)?;
         let range = DepthRange::of(scene, camera);
-        let axis = Axis::of(camera, settings);
+        let axis = Axis::of(scene, camera, settings);
         Ok(Some(RenderedAovs { aovs, range, axis }))
     }
 

@@ -380,6 +380,40 @@ fn rays(distortion: Distortion, samples: u32) -> (Camera, PixelRays) {
     )
 }
 
+/// Whatever the tangential part, a point is found if the distortion is monotonic on the way to it, and nothing else is.
+#[test]
+fn all_points_before_the_fold_are_found() {
+    let mut random = fastrand::Rng::with_seed(11);
+    let mut number = |most: f64| most * (2.0 * random.f64() - 1.0);
+    let (mut found, mut folded) = (0, 0);
+    for _ in 0..300 {
+        let radial = [number(0.4), number(0.2), 0.0, 0.0];
+        let inverse = Inverse::new(brown(radial, [0.0; 3], [number(0.15), number(0.15)])).unwrap();
+        for _ in 0..30 {
+            let point = [number(2.0), number(2.0)];
+            let way = (1..=200).map(|part| point.map(|at| at * f64::from(part) / 200.0));
+            let is_monotonic = |at: [f64; 2]| inverse.distort(at).is_monotonic();
+            let is_before = way.clone().all(is_monotonic) && point[0].hypot(point[1]) < inverse.end;
+            let [[x], [y]] = inverse.distort(point).point.map(|at| [at]);
+            let [direction] = inverse.directions(&[[x], [y]]);
+            let off = (direction - inverse.direction(point)).length();
+            if is_before {
+                // At the fold itself it is hardly determined.
+                let Distorted { a, b, c, .. } = inverse.distort(point);
+                assert!(
+                    off < 1e-6 || a * c - b * b < 1e-2,
+                    "{inverse:?} {point:?} {direction}"
+                );
+                found += 1;
+            } else if way.clone().filter(|&at| !is_monotonic(at)).count() > 10 {
+                assert!(off > 1e-9, "{inverse:?} {point:?}");
+                folded += 1;
+            }
+        }
+    }
+    assert!(found > 3000 && folded > 500, "{found} {folded}");
+}
+
 /// Rays are those of [`Camera::sight`], and those of eight pixels the same as those of one.
 #[test]
 fn distorted_rays_are_what_the_camera_sees() {

@@ -80,15 +80,15 @@ fn broken_files_are_refused() {
         (frame("[[1,0,0,0]]"), "frames[0]: transform_matrix has 1 rows"),
         (
             frame("[[0,0,0,0],[0,0,0,0],[0,0,0,0]]"),
-            "frames[0]: the first column of transform_matrix is 0",
+            "frames[0]: the first column of transform_matrix has length 0",
         ),
         (
             frame("[[1,0,0,0],[0,1,0,0],[0,0,0,0]]"),
-            "frames[0]: the third column of transform_matrix is 0",
+            "frames[0]: the third column of transform_matrix has length 0",
         ),
         (
             frame("[[0,0,0,0],[0,1,0,0],[0,0,1,0]]"),
-            "frames[0]: the first column of transform_matrix is 0",
+            "frames[0]: the first column of transform_matrix has length 0",
         ),
         (
             frame("[[1,0,0,1e999],[0,1,0,0],[0,0,1,0]]"),
