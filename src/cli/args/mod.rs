@@ -66,6 +66,8 @@ enum Command {
     #[command(after_long_help = examples::VIEW_KEYS)]
     View(Box<view::ViewArgs>),
     /// Write the tasks with which a render farm renders frames or tiles
+    ///
+    /// Tasks read and write files: - stands for nothing here, and no picture is an animation.
     #[command(after_long_help = examples::JOB)]
     Job(Box<job::JobArgs>),
     /// Merge the tiles of a picture, rendered with `octray render --crop`
