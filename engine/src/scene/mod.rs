@@ -111,6 +111,8 @@ pub struct Vertices {
     /// Texture coordinates: 0, 0 is the upper left corner of an image, 1, 1 the lower right one; 0, 0 where a vertex has
     /// none. Empty if no vertex has any.
     pub uvs: Vec<[f32; 2]>,
+    /// Tangents, as [`TriangleMesh::tangents`]; zero where a vertex has none. Empty if no vertex has one.
+    pub tangents: Vec<[f32; 4]>,
 }
 
 impl Vertices {
@@ -441,6 +443,7 @@ impl Scene {
             + bytes(&v.normals[..])
             + bytes(&v.colors[..])
             + bytes(&v.uvs[..])
+            + bytes(&v.tangents[..])
             + self
                 .images
                 .iter()
