@@ -1,6 +1,8 @@
 use super::textured_by;
 use crate::scene::Image;
 
+mod tangents;
+
 const BLUE: [u8; 4] = [128, 128, 255, 255];
 const TEXTURES: &str = r#"[{"source":1}]"#;
 
