@@ -17,6 +17,7 @@ mod material;
 mod motion;
 mod moving;
 mod normal_map;
+mod occlusion_map;
 mod one_sided;
 mod opacity;
 mod origin;
@@ -56,6 +57,7 @@ pub use material::{INDEX_RANGE, MAX_ALPHA, Material};
 pub use motion::{CameraMotion, MAX_KEYFRAMES, MAX_STEPS, MAX_TIME, Motion, Step, slerp};
 use moving::Moving;
 pub use normal_map::{MAX_NORMAL_SCALE, NormalMap};
+pub use occlusion_map::OcclusionMap;
 pub use opacity::Opacity;
 #[doc(hidden)]
 pub use origin::origin_of;
