@@ -22,7 +22,7 @@ use super::{
 };
 use crate::{
     error::{LoadError, clip, clip_path},
-    scene::{CutOut, Image, MAX_TEXTURES, NormalMap, SurfaceTextures, Texture},
+    scene::{CutOut, Image, MAX_TEXTURES, NormalMap, OcclusionMap, SurfaceTextures, Texture},
 };
 use std::{
     collections::{BTreeMap, HashMap, HashSet},
@@ -293,7 +293,8 @@ pub(super) fn decode(
     let content = |(&(_, role), keeps_alpha): (&Use, bool)| match role {
         Role::Color if keeps_alpha => Content::ColorsAndAlpha,
         Role::Color => Content::Colors,
-        Role::Normal => Content::Numbers,
+        Role::Normal => Content::Normals,
+        Role::Occlusion => Content::Numbers,
         Role::Highlight(highlight) => Content::Highlight(highlight, highlight.base().and_then(by_number)),
     };
     let contents: Vec<Content<'_>> = uses.iter().zip(keeps_alpha).map(content).collect();
@@ -334,6 +335,7 @@ pub(super) fn decode(
 enum Role {
     Color,
     Normal,
+    Occlusion,
     Highlight(Highlight),
 }
 
@@ -355,6 +357,7 @@ fn name_uses(surfaces: &mut [Surface], highlights: &[Option<Highlight>]) -> Vec<
     }
     let role = |surface: usize, place: usize, image: u32| match (place, highlights.get(surface)) {
         (SurfaceTextures::NORMAL, _) => Role::Normal,
+        (SurfaceTextures::OCCLUSION, _) => Role::Occlusion,
         (SurfaceTextures::SPECULAR, Some(Some(highlight))) => {
             let are_many = kinds[&image].len() > MOST_HIGHLIGHTS;
             Role::Highlight(if are_many {
@@ -392,6 +395,7 @@ fn name_uses(surfaces: &mut [Surface], highlights: &[Option<Highlight>]) -> Vec<
 enum Content<'a> {
     Colors,
     ColorsAndAlpha,
+    Normals,
     Numbers,
     /// With the image of the base colour.
     Highlight(Highlight, Option<&'a Encoded<'a>>),
@@ -435,6 +439,10 @@ fn renumber(surface: &mut Surface, numbers: &[Option<u32>], images: &[Image]) {
     all.normal_map = all.normal_map.and_then(|map| {
         let texture = number(map.texture)?;
         Some(NormalMap { texture, ..map })
+    });
+    all.occlusion_map = all.occlusion_map.and_then(|map| {
+        let texture = number(map.texture)?;
+        Some(OcclusionMap { texture, ..map })
     });
     all.opacity = all.opacity.and_then(|opacity| {
         let map = opacity.map.and_then(number);

@@ -111,6 +111,7 @@ fn mesh(corners: &[Vec3], triangles: Vec<[u32; 3]>) -> TriangleMesh {
         normals: Vec::new(),
         colors: Vec::new(),
         uvs: Vec::new(),
+        tangents: Vec::new(),
         triangles,
     }
 }

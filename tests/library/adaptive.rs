@@ -43,6 +43,7 @@ fn carpet(color: impl FnMut(u32) -> [f32; 3]) -> Scene {
         normals: Vec::new(),
         colors: (0..SIDE * SIDE).map(color).collect(),
         uvs: Vec::new(),
+        tangents: Vec::new(),
         triangles: (0..SIDE * (SIDE - 1))
             .filter(|i| i % SIDE < SIDE - 1)
             .flat_map(|i| [[i, i + 1, i + SIDE + 1], [i, i + SIDE + 1, i + SIDE]])

@@ -49,6 +49,7 @@ fn all_materials(colored: bool) -> Scene {
         normals: positions.iter().map(|_| vector().normalize()).collect(),
         colors: Vec::new(),
         uvs: Vec::new(),
+        tangents: Vec::new(),
         triangles: (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
     };
     let mirror = builder.classic_material(3).unwrap();
@@ -63,6 +64,7 @@ fn all_materials(colored: bool) -> Scene {
             normals: Vec::new(),
             colors: positions.iter().map(|_| color()).collect(),
             uvs: Vec::new(),
+            tangents: Vec::new(),
             triangles: (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
         };
         builder.add_mesh_with_materials(mesh, materials).unwrap();

@@ -33,6 +33,7 @@ mod mesh_files;
 mod moving;
 mod normal_maps;
 mod numbers;
+mod occlusion_maps;
 mod odd_scenes;
 mod one_sided;
 mod picture;

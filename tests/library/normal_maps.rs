@@ -30,29 +30,40 @@ fn middle(column: u32, row: u32) -> (f64, f64) {
     (at(column), -at(row))
 }
 
-fn texels() -> Vec<[u8; 4]> {
+/// Tangents of the square: turned by some radians, and w.
+type Tangents = Option<(f64, f32)>;
+
+/// The dome, by these tangents.
+fn texels(tangents: Tangents) -> Vec<[u8; 4]> {
+    let (angle, sign) = tangents.unwrap_or((0.0, 1.0));
+    let right = DVec3::new(angle.cos(), angle.sin(), 0.0);
+    let top = DVec3::Z.cross(right) * f64::from(sign);
     let texel = |i: u32| {
         let (x, y) = middle(i % SIDE, i / SIDE);
-        let [r, g, b] = dome(x, y).to_array().map(|n| ((n + 1.0) * 127.5 + 0.5) as u8);
+        let normal = dome(x, y);
+        let [r, g, b] =
+            [normal.dot(right), normal.dot(top), normal.z].map(|n| ((n + 1.0) * 127.5 + 0.5) as u8);
         [r, g, b, 255]
     };
     (0..SIDE * SIDE).map(texel).collect()
 }
 
 /// The square from -1 to 1, the image's upper edge at y = 1, its triangles with different corners first.
-fn square() -> TriangleMesh {
+fn square(tangents: Tangents) -> TriangleMesh {
+    let tangent = |(angle, sign): (f64, f32)| [angle.cos() as f32, angle.sin() as f32, 0.0, sign];
     TriangleMesh {
         x: vec![-1.0, 1.0, 1.0, -1.0],
         y: vec![-1.0, -1.0, 1.0, 1.0],
         z: vec![0.0; 4],
         uvs: vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]],
+        tangents: tangents.map_or(Vec::new(), |of| vec![tangent(of); 4]),
         triangles: vec![[0, 1, 2], [3, 0, 2]],
         ..TriangleMesh::default()
     }
 }
 
-fn mapped(builder: &mut SceneBuilder, material: Material, scale: f32) -> MaterialId {
-    let image = Image::of_numbers([SIDE; 2], texels()).expect("an image");
+fn mapped(builder: &mut SceneBuilder, material: Material, scale: f32, tangents: Tangents) -> MaterialId {
+    let image = Image::of_numbers([SIDE; 2], texels(tangents)).expect("an image");
     let image = builder.add_image(image).expect("room");
     let texture = Texture {
         image,
@@ -83,7 +94,11 @@ fn transforms() -> [Transform; 3] {
 
 #[test]
 fn a_dome_is_lit_as_a_dome() {
-    for transform in transforms() {
+    let tangents = [None, Some((2.0, 1.0)), Some((-0.7, -1.0))];
+    for (transform, tangents) in tangents
+        .iter()
+        .flat_map(|of| transforms().map(|transform| (transform, *of)))
+    {
         let point = |p: DVec3| transform.point(p.as_vec3()).as_dvec3();
         for (is_instance, side) in [(false, 1.0), (true, 1.0), (false, -1.0), (true, -1.0)] {
             let to_light = DVec3::new(0.6, 0.3, 0.7 * side).normalize();
@@ -91,8 +106,8 @@ fn a_dome_is_lit_as_a_dome() {
             builder.set_ambient(0.0).expect("a share");
             let light = point(to_light * 1e4).as_vec3();
             builder.add_light(light, 1.0).expect("a light");
-            let white = mapped(&mut builder, WHITE, 1.0);
-            let mut mesh = square();
+            let white = mapped(&mut builder, WHITE, 1.0, tangents);
+            let mut mesh = square(tangents);
             if is_instance {
                 let prototype = builder.add_prototype(|builder| builder.add_mesh(mesh, white));
                 let prototype = prototype.expect("a prototype");
@@ -111,7 +126,7 @@ fn a_dome_is_lit_as_a_dome() {
                 let found = f64::from(color(&scene, from, to));
                 assert!(
                     (found - expected).abs() < 0.02,
-                    "{transform:?} {is_instance} {side}, {column} {row}: {expected} {found}"
+                    "{transform:?} {tangents:?} {is_instance} {side}, {column} {row}: {expected} {found}"
                 );
             }
         }
@@ -138,8 +153,8 @@ fn scale_and_mipmaps() {
     let mut builder = SceneBuilder::new();
     builder.set_ambient(0.0).expect("a share");
     builder.add_light(Vec3::new(0.0, 0.0, 1e4), 1.0).expect("a light");
-    let flat = mapped(&mut builder, WHITE, 0.0);
-    builder.add_mesh(square(), flat).expect("a mesh");
+    let flat = mapped(&mut builder, WHITE, 0.0, None);
+    builder.add_mesh(square(None), flat).expect("a mesh");
     let scene = builder.finish();
     let (from, to) = (DVec3::new(0.5, 0.2, 2.0), DVec3::new(0.5, 0.2, 0.0));
     assert!((color(&scene, from, to) - 1.0).abs() < 1e-6);
@@ -163,6 +178,42 @@ fn scale_and_mipmaps() {
     assert!(error.is_err());
 }
 
+/// A triangle with other tangents at its corners shows those of its texture coordinates, and the mean of three that agree.
+#[test]
+fn tangents_that_do_not_agree() {
+    let red = |change: &dyn Fn(&mut TriangleMesh)| {
+        let mut builder = SceneBuilder::new();
+        builder.set_ambient(0.0).expect("a share");
+        builder.add_light(Vec3::new(6e3, 3e3, 7e3), 1.0).expect("a light");
+        let white = mapped(&mut builder, WHITE, 1.0, None);
+        let mut mesh = square(Some((0.0, 1.0)));
+        change(&mut mesh);
+        builder.add_mesh(mesh, white).map(|()| {
+            let (from, to) = (DVec3::new(0.5, -0.3, 2.0), DVec3::new(0.5, -0.3, 0.0));
+            color(&builder.finish(), from, to)
+        })
+    };
+    let own = red(&|mesh| mesh.tangents.clear());
+    let turned = red(&|mesh| mesh.tangents.fill([0.0, 5.0, 0.0, 0.5]));
+    assert_ne!(own, turned);
+    for wrong in [
+        [0.0; 4],
+        [0.0, 1.0, 0.0, 0.0],
+        [0.0, 0.0, 0.0, 1.0],
+        [0.0, 1.0, 0.0, -1.0],
+    ] {
+        let found = red(&|mesh| {
+            mesh.tangents.fill([0.0, 1.0, 0.0, 1.0]);
+            mesh.tangents[2] = wrong;
+        });
+        assert_eq!(found, own, "{wrong:?}");
+    }
+    // None is along the surface.
+    assert_eq!(red(&|mesh| mesh.tangents.fill([0.0, 0.0, 1.0, 1.0])), own);
+    assert!(red(&|mesh| mesh.tangents[1][3] = f32::NAN).is_err());
+    assert!(red(&|mesh| mesh.tangents.truncate(3)).is_err());
+}
+
 /// Packets and the scalar reference have the same bytes: all materials, instances, bumpy ones too, and mirrors.
 #[test]
 fn both_modes_draw_the_same() {
@@ -179,15 +230,16 @@ fn both_modes_draw_the_same() {
         Material::GLASS,
     ];
     for (i, material) in materials.into_iter().enumerate() {
-        let id = mapped(&mut builder, material, 1.0 + i as f32);
-        let prototype = builder.add_prototype(|builder| builder.add_mesh(square(), id));
+        let tangents = (i > 1).then_some((i as f64, 1.0));
+        let id = mapped(&mut builder, material, 1.0 + i as f32, tangents);
+        let prototype = builder.add_prototype(|builder| builder.add_mesh(square(tangents), id));
         let prototype = prototype.expect("a prototype");
         for (k, placed) in transforms().into_iter().enumerate() {
             let at = DVec3::new(2.2 * i as f64 - 4.4, 2.2 * k as f64 - 2.2, 0.0);
             let placed = placed.then_translate(at);
             builder.add_instance(prototype, &placed).expect("an instance");
         }
-        let mut mesh = square();
+        let mut mesh = square(tangents);
         let lower = Transform::IDENTITY.then_translate(DVec3::new(2.2 * i as f64 - 4.4, 0.0, -2.0));
         lower.apply(&mut mesh);
         builder.add_mesh(mesh, id).expect("a mesh");
@@ -208,11 +260,11 @@ fn obj_materials() {
         written.expect("it is written");
         bytes.into_inner()
     };
-    let heights: Vec<[u8; 4]> = texels()
+    let heights: Vec<[u8; 4]> = texels(None)
         .iter()
         .map(|texel| [texel[2], texel[2], texel[2], 255])
         .collect();
-    let (normals, heights) = (png(&texels()), png(&heights));
+    let (normals, heights) = (png(&texels(None)), png(&heights));
     let load = |material: &str, bytes: &[u8]| {
         let text = "mtllib a.mtl\nusemtl a\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\n\
             vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";

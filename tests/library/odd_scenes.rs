@@ -32,6 +32,7 @@ fn scene(scale: f32, spheres: &[(Vec3, f32)], triangles: &[[Vec3; 3]], lights: &
         normals: Vec::new(),
         colors: Vec::new(),
         uvs: Vec::new(),
+        tangents: Vec::new(),
         triangles: (0..triangles.len() as u32)
             .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
             .collect(),

@@ -149,6 +149,7 @@ fn all_materials(random: &mut Random, colored: bool) -> Scene {
                 },
                 colors: colors(random, if colored { corners.len() } else { 0 }),
                 uvs: Vec::new(),
+                tangents: Vec::new(),
                 triangles: (0..4)
                     .flat_map(|s| [[2 * s, 2 * s + 1, 2 * s + 3], [2 * s, 2 * s + 3, 2 * s + 2]])
                     .collect(),

@@ -229,6 +229,7 @@ fn colored_scene() -> Scene {
             normals: Vec::new(),
             colors: (0..81).map(|_| color()).collect(),
             uvs: Vec::new(),
+            tangents: Vec::new(),
             triangles: (0..71)
                 .filter(|i| i % 9 < 8)
                 .flat_map(|i| [[i, i + 1, i + 10], [i, i + 10, i + 9]])

@@ -38,6 +38,7 @@ fn placed(scene: &Scene, scale: f32, shift: Vec3) -> Scene {
         normals: vertices.normals.clone(),
         colors: vertices.colors.clone(),
         uvs: vertices.uvs.clone(),
+        tangents: vertices.tangents.clone(),
         triangles: scene.triangles().corners.clone(),
     };
     let material_of = scene.triangles().material.iter();

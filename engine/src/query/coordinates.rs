@@ -20,6 +20,7 @@ pub(super) fn scene_of(
         normals: Vec::new(),
         colors: Vec::new(),
         uvs: Vec::new(),
+        tangents: Vec::new(),
         triangles: copied(triangles)?,
     };
     builder.add_mesh(mesh, MaterialId(0))?;

@@ -46,6 +46,8 @@ pub(super) struct Surface {
     pub magnitude: f32,
     /// Whether the ray comes from behind: the geometric normal was turned.
     pub from_behind: bool,
+    /// The factor of ambient light and of the environment by an occlusion map, or 1.
+    pub occlusion: f32,
 }
 
 /// The number of secondary rays traced.
@@ -319,6 +321,7 @@ fn gather_light<S: Simd>(
             sum.ambient = 0.0;
         }
     }
+    sum.ambient *= s.occlusion;
     if scene.ambient_specular() {
         sum.reflected = sum.ambient * reflectance(simd, s);
     }
@@ -363,7 +366,7 @@ fn gather_light<S: Simd>(
                     Some([1.0; 3])
                 };
                 if let Some(left) = left {
-                    let power = std::array::from_fn(|c| power[c] * left[c]);
+                    let power = std::array::from_fn(|c| power[c] * left[c] * s.occlusion);
                     sum.add(simd, (s, material), (to_light, n_dot_l), power);
                 }
             }

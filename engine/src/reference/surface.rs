@@ -31,6 +31,7 @@ pub(super) fn surface<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &SceneHit
     }
     Surface {
         from_behind: away,
+        occlusion: 1.0,
         point,
         rise,
         geometric_normal: if away { -geometric } else { geometric },
@@ -40,10 +41,12 @@ pub(super) fn surface<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &SceneHit
     }
 }
 
-/// A surface with its normal as a normal map changes it, if it has one.
+/// A surface with its normal and its occlusion by the maps that it has.
 #[inline(always)]
 pub(super) fn mapped(scene: &Scene, hit: &SceneHit, width: f32, mut surface: Surface) -> Surface {
-    if let Some(map) = scene.textures_of(hit.primitive).and_then(|all| all.normal_map) {
+    let textures = scene.textures_of(hit.primitive);
+    let (normals, occlusion) = textures.map_or((None, None), |all| (all.normal_map, all.occlusion_map));
+    if normals.is_some() || occlusion.is_some() {
         let point = TexturePoint {
             hit: *hit,
             point: surface.point,
@@ -51,7 +54,12 @@ pub(super) fn mapped(scene: &Scene, hit: &SceneHit, width: f32, mut surface: Sur
             direction: surface.direction,
             width,
         };
-        surface.normal = scene.mapped_normal(&map, &point, surface.normal, surface.from_behind);
+        if let Some(map) = normals {
+            surface.normal = scene.mapped_normal(&map, &point, surface.normal, surface.from_behind);
+        }
+        if let Some(map) = occlusion {
+            surface.occlusion = scene.occlusion(&map, &point);
+        }
     }
     surface
 }

@@ -48,7 +48,7 @@ const TRIANGLE_BYTES: u64 = 16;
 const SPHERE_BYTES: u64 = 20;
 /// A material and its entry among the ids, both in arrays that have room for twice as many.
 const MATERIAL_BYTES: u64 = 200;
-/// Three numbers of a position, a normal or a colour; texture coordinates take less.
+/// Three numbers of a position, a normal or a colour; texture coordinates and a tangent are six.
 const VECTOR_BYTES: u64 = 12;
 
 /// The colour of a vertex or sphere without one.
@@ -387,10 +387,10 @@ impl SceneBuilder {
         )
     }
 
-    /// The number of normals, colours and texture coordinates so far.
+    /// The number of normals, colours, texture coordinates and tangents so far.
     fn vectors(&self) -> usize {
-        let vertices = &self.vertices;
-        vertices.normals.len() + vertices.colors.len() + vertices.uvs.len() + self.spheres.color.len()
+        let v = &self.vertices;
+        v.normals.len() + v.colors.len() + v.uvs.len() + v.tangents.len() + self.spheres.color.len()
     }
 
     /// Finishes the scene: bounds, the number of triangles without area, and the scene's origin.

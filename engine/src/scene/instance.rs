@@ -4,7 +4,7 @@
 //! `f64` and rounded once, by the same scalar code in all tracing methods, so that they find the same hits.
 
 use super::{PlacedMesh, TriangleMesh};
-use super::{Scene, Transform, builder::usable_point, origin::origin_of};
+use super::{Scene, Transform, builder::usable_point, origin::origin_of, texture::dot};
 use crate::{
     error::SceneError,
     lanes::{LANES, Vec3x8},
@@ -229,6 +229,13 @@ impl Placement {
             a * p.x + b * p.y + c * p.z + self.offset[i]
         };
         DVec3::new(place(0), place(1), place(2))
+    }
+
+    /// The image of a direction, of another length, and whether the transform mirrors.
+    pub(super) fn direction(&self, d: DVec3) -> (DVec3, bool) {
+        let [a, b, c] = self.linear.map(DVec3::from_array);
+        let image = DVec3::new(dot(a, d), dot(b, d), dot(c, d));
+        (image, dot(a.cross(b), c) < 0.0)
     }
 
     /// The unit normal in the scene of a surface with this normal: that of the inverse transpose.

@@ -17,6 +17,7 @@ mod material;
 mod motion;
 mod moving;
 mod normal_map;
+mod occlusion_map;
 mod one_sided;
 mod opacity;
 mod origin;
@@ -56,6 +57,7 @@ pub use material::{INDEX_RANGE, MAX_ALPHA, Material};
 pub use motion::{CameraMotion, MAX_KEYFRAMES, MAX_STEPS, MAX_TIME, Motion, Step, slerp};
 use moving::Moving;
 pub use normal_map::{MAX_NORMAL_SCALE, NormalMap};
+pub use occlusion_map::OcclusionMap;
 pub use opacity::Opacity;
 #[doc(hidden)]
 pub use origin::origin_of;
@@ -111,6 +113,8 @@ pub struct Vertices {
     /// Texture coordinates: 0, 0 is the upper left corner of an image, 1, 1 the lower right one; 0, 0 where a vertex has
     /// none. Empty if no vertex has any.
     pub uvs: Vec<[f32; 2]>,
+    /// Tangents, as [`TriangleMesh::tangents`]; zero where a vertex has none. Empty if no vertex has one.
+    pub tangents: Vec<[f32; 4]>,
 }
 
 impl Vertices {
@@ -441,6 +445,7 @@ impl Scene {
             + bytes(&v.normals[..])
             + bytes(&v.colors[..])
             + bytes(&v.uvs[..])
+            + bytes(&v.tangents[..])
             + self
                 .images
                 .iter()

@@ -35,7 +35,8 @@ impl Scene {
     /// Returns the unit shading normal that the map gives at a hit, in world space. `normal` is the surface's own; both are on
     /// the viewer's side, which is behind the surface if `from_behind`.
     ///
-    /// Both modes call it. The tangents are those of the triangle's texture coordinates, made orthogonal to `normal`.
+    /// Both modes call it. The tangents are those of the vertices, or else of the triangle's texture coordinates, made
+    /// orthogonal to `normal`.
     #[must_use]
     pub fn mapped_normal(
         &self,
@@ -49,7 +50,8 @@ impl Scene {
         };
         let side = if from_behind { -1.0 } else { 1.0 };
         let own = normal.as_dvec3() * side;
-        let Some([right, top]) = self.tangents(i, point, own) else {
+        let tangents = self.vertex_tangents(i, point, own);
+        let Some([right, top]) = tangents.or_else(|| self.tangents(i, point, own)) else {
             return normal;
         };
         let lookup = Lookup::new(self, i, point);
@@ -65,6 +67,33 @@ impl Scene {
         } else {
             normal
         }
+    }
+
+    /// The directions of [`Scene::tangents`] by the tangents of the vertices; `None` unless all three have one, with the same sign.
+    fn vertex_tangents(&self, i: usize, point: &TexturePoint, normal: DVec3) -> Option<[DVec3; 2]> {
+        let all = &self.vertices.tangents;
+        if all.is_empty() {
+            return None;
+        }
+        let [a, b, c] = self.triangles.corners[i].map(|vertex| all[vertex as usize]);
+        let sign = a[3];
+        if [a, b, c]
+            .iter()
+            .any(|&[x, y, z, w]| [x, y, z] == [0.0; 3] || w * sign <= 0.0)
+        {
+            return None;
+        }
+        let [a, b, c] = [a, b, c].map(|[x, y, z, _]| Vec3::new(x, y, z).as_dvec3());
+        let (u, v) = (f64::from(point.hit.u), f64::from(point.hit.v));
+        let mut right = a * (1.0 - u - v) + b * u + c * v;
+        let mut sign = f64::from(sign).signum();
+        if let Some(instance) = self.instance(point.hit.instance) {
+            let (placed, is_mirrored) = instance.placement().direction(right);
+            right = placed;
+            sign = if is_mirrored { -sign } else { sign };
+        }
+        let right = unit(without(right, normal))?;
+        Some([right, normal.cross(right) * sign])
     }
 
     /// The directions in which the image's right and top are, unit vectors orthogonal to `normal` and to each other; `None`

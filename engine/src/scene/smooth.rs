@@ -18,8 +18,8 @@ impl TriangleMesh {
     ///
     /// The normal at a corner is the mean of the face normals around the vertex that are within `crease_degrees` of its
     /// own face's, weighted by angle (Thürmer and Wüthrich, *Computing Vertex Normals from Polygonal Facets*, 1998).
-    /// Vertices at the same position are welded first, and split where normals, colours or texture coordinates differ. The
-    /// result does not depend on the machine or the number of threads.
+    /// Vertices at the same position are welded first, and split where normals, colours, texture coordinates or tangents differ.
+    /// The result does not depend on the machine or the number of threads.
     ///
     /// # Errors
     /// [`SceneError::TooMany`] or [`SceneError::NoMemory`]; the mesh is unchanged then.
@@ -40,7 +40,11 @@ impl TriangleMesh {
             let others = adjacency.corners(welded[self.corner(corner) as usize]);
             let own = |corner: u32| {
                 let vertex = self.corner(corner) as usize;
-                (self.colors.get(vertex), self.uvs.get(vertex))
+                (
+                    self.colors.get(vertex),
+                    self.uvs.get(vertex),
+                    self.tangents.get(vertex),
+                )
             };
             let mut compared = others.iter().take(MAX_FACES);
             // An extra vertex costs less than a long search.
@@ -120,13 +124,14 @@ impl TriangleMesh {
     }
 
     /// Replaces the vertices by one for each corner that is its own `first`: the first corner at its position with its
-    /// normal, colour and texture coordinates.
+    /// normal, colour, texture coordinates and tangent.
     fn split(&mut self, normals: &[Vec3], first: &[u32], welded: &[u32]) {
         let is_new = |corner: usize| first[corner] as usize == corner;
         let count = (0..first.len()).filter(|&corner| is_new(corner)).count();
         let [mut x, mut y, mut z] = [(); 3].map(|()| Vec::with_capacity(count));
         let mut colors = Vec::with_capacity(if self.colors.is_empty() { 0 } else { count });
         let mut uvs = Vec::with_capacity(if self.uvs.is_empty() { 0 } else { count });
+        let mut tangents = Vec::with_capacity(if self.tangents.is_empty() { 0 } else { count });
         self.normals.reserve_exact(count);
         let corners = self.triangles.as_flattened_mut();
         for corner in 0..first.len() {
@@ -139,12 +144,14 @@ impl TriangleMesh {
                 self.normals.push(normals[corner]);
                 colors.extend(self.colors.get(vertex));
                 uvs.extend(self.uvs.get(vertex));
+                tangents.extend(self.tangents.get(vertex));
                 x.len() as u32 - 1
             } else {
                 corners[first[corner] as usize]
             };
         }
-        (self.x, self.y, self.z, self.colors, self.uvs) = (x, y, z, colors, uvs);
+        (self.x, self.y, self.z) = (x, y, z);
+        (self.colors, self.uvs, self.tangents) = (colors, uvs, tangents);
     }
 }
 

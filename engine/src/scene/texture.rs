@@ -1,7 +1,8 @@
-//! Textures of triangles: base colour, highlights, emission, opacity, cut-outs and normals.
+//! Textures of triangles: base colour, highlights, emission, opacity, cut-outs, normals and occlusion.
 
 use super::{
-    Checker, Image, MaterialId, NormalMap, Opacity, Primitive, Scene, Texture, material::check_range,
+    Checker, Image, MaterialId, NormalMap, OcclusionMap, Opacity, Primitive, Scene, Texture,
+    material::check_range,
 };
 use crate::{
     error::SceneError,
@@ -32,6 +33,8 @@ pub struct SurfaceTextures {
     pub emission_map: Option<Texture>,
     /// Changes the shading normals.
     pub normal_map: Option<NormalMap>,
+    /// Multiplies ambient light and that of the environment.
+    pub occlusion_map: Option<OcclusionMap>,
     /// Whether triangles are invisible from behind, where their corners are clockwise, to camera rays and those that mirrors,
     /// glass and half-transparent surfaces pass on. Shadow rays and ambient occlusion rays stop at both sides.
     pub one_sided: bool,
@@ -100,6 +103,7 @@ impl SurfaceTextures {
         specular_map: None,
         emission_map: None,
         normal_map: None,
+        occlusion_map: None,
         one_sided: false,
     };
 
@@ -128,6 +132,9 @@ impl SurfaceTextures {
         if let Some(map) = self.normal_map {
             map.check()?;
         }
+        if let Some(map) = self.occlusion_map {
+            map.check()?;
+        }
         for texture in self.all().into_iter().flatten() {
             if texture.image as usize >= images {
                 let index = texture.image;
@@ -153,7 +160,7 @@ impl SurfaceTextures {
 
     /// Returns all textures.
     #[doc(hidden)]
-    pub fn all(&self) -> [Option<Texture>; 6] {
+    pub fn all(&self) -> [Option<Texture>; 7] {
         [
             self.base,
             self.cut_out.map(|cut_out| cut_out.texture),
@@ -161,6 +168,7 @@ impl SurfaceTextures {
             self.specular_map,
             self.emission_map,
             self.normal_map.map(|map| map.texture),
+            self.occlusion_map.map(|map| map.texture),
         ]
     }
 
@@ -172,9 +180,13 @@ impl SurfaceTextures {
     #[doc(hidden)]
     pub const NORMAL: usize = 5;
 
+    /// The place of the occlusion map in [`SurfaceTextures::all`].
+    #[doc(hidden)]
+    pub const OCCLUSION: usize = 6;
+
     /// Returns all textures, in the same order.
     #[doc(hidden)]
-    pub fn all_mut(&mut self) -> [Option<&mut Texture>; 6] {
+    pub fn all_mut(&mut self) -> [Option<&mut Texture>; 7] {
         [
             self.base.as_mut(),
             self.cut_out.as_mut().map(|cut_out| &mut cut_out.texture),
@@ -182,6 +194,7 @@ impl SurfaceTextures {
             self.specular_map.as_mut(),
             self.emission_map.as_mut(),
             self.normal_map.as_mut().map(|map| &mut map.texture),
+            self.occlusion_map.as_mut().map(|map| &mut map.texture),
         ]
     }
 

@@ -175,7 +175,7 @@ impl Transform {
         }
     }
 
-    /// Transforms the vertices and normals of a mesh. Triangles of a mirrored mesh change their winding, so that their
+    /// Transforms the vertices, normals and tangents of a mesh. Triangles of a mirrored mesh change their winding, so that their
     /// front stays in front. Arrays of unequal length are left for the builder to reject.
     pub fn apply(&self, mesh: &mut TriangleMesh) {
         if *self == Self::IDENTITY {
@@ -196,6 +196,12 @@ impl Transform {
         for normal in &mut mesh.normals {
             let transformed = (normal_matrix * normal.as_dvec3()).try_normalize();
             *normal = transformed.map_or(Vec3::ZERO, DVec3::as_vec3);
+        }
+        for [x, y, z, w] in &mut mesh.tangents {
+            let old = DVec3::new(f64::from(*x), f64::from(*y), f64::from(*z));
+            let new = (self.linear * old).normalize_or_zero().as_vec3();
+            // So that the image of a mirrored surface is mirrored.
+            [*x, *y, *z, *w] = [new.x, new.y, new.z, *w * sign as f32];
         }
         if mirrored {
             mesh.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));

@@ -9,7 +9,7 @@ use super::{
     soft,
 };
 use crate::{
-    lanes::LANES,
+    lanes::{F32x8, LANES},
     scene::Scene,
     simd::{Level, at_level},
     trace::Tracer,
@@ -36,6 +36,7 @@ impl Shader {
             .lit_surfaces(scene, &self.found.surfaces)
             .len();
         self.occlude_ambient(scene, tracer, settings, (depth, lit));
+        self.map_ambient(scene, lit);
         let sources = lights.iter().map(Source::Light);
         let parts = [Part::Rest, Part::Suns]
             .into_iter()
@@ -63,6 +64,14 @@ impl Shader {
             );
             self.shadow_rays += rays;
             self.tracing += time;
+            if matches!(source, Source::Environment(..)) && scene.has_textures() {
+                let occlusion = &self.found.textured.occlusion;
+                for (power, share) in self.arriving.power.iter_mut().zip(occlusion) {
+                    for channel in power {
+                        multiply(channel, share);
+                    }
+                }
+            }
             self.sum_up(scene, tracer.level(), lit, power, source_i == 0);
         }
     }
@@ -91,6 +100,17 @@ impl Shader {
         self.tracing += time;
     }
 
+    /// Multiplies the ambient light by occlusion maps.
+    fn map_ambient(&mut self, scene: &Scene, lit: usize) {
+        let occlusion = &self.found.textured.occlusion;
+        if scene.has_textures() && !occlusion.is_empty() {
+            self.ambient.resize(lit, F32x8::splat(scene.ambient()));
+            for (ambient, share) in self.ambient.iter_mut().zip(occlusion) {
+                multiply(ambient, share);
+            }
+        }
+    }
+
     /// Adds the light that arrives to the sums of all lit surfaces.
     fn sum_up(&mut self, scene: &Scene, level: Level, lit: usize, power: [f32; 3], is_first: bool) {
         for (material, range) in self.found.by_material.ranges().take_while(|(_, r)| r.end <= lit) {
@@ -107,6 +127,12 @@ impl Shader {
                 simd, material, incident, surfaces, light, is_first
             ));
         }
+    }
+}
+
+fn multiply(values: &mut F32x8, by: &F32x8) {
+    for (value, by) in values.as_mut_array().iter_mut().zip(by.as_array()) {
+        *value *= by;
     }
 }
 

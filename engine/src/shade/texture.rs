@@ -1,4 +1,4 @@
-//! Textures, ray by ray: factors of base colours and highlights, emitted light, and normals. Only scenes with textures run
+//! Textures, ray by ray: factors of base colours and highlights, emitted light, occlusion and normals. Only scenes with textures run
 //! this pass.
 
 use super::{
@@ -21,6 +21,8 @@ pub(super) struct Textured {
     pub specular: Vec<Tint8>,
     /// Lengths of the paths from the camera, scene units.
     pub distance: Vec<F32x8>,
+    /// Factors of ambient light and of the environment; 1 for the packets after the last one.
+    pub occlusion: Vec<F32x8>,
 }
 
 impl Textured {
@@ -29,12 +31,14 @@ impl Textured {
         self.emitted.reserve(packets);
         self.specular.reserve(packets);
         self.distance.reserve(packets);
+        self.occlusion.reserve(packets);
     }
 
     pub fn clear(&mut self) {
         self.emitted.clear();
         self.specular.clear();
         self.distance.clear();
+        self.occlusion.clear();
     }
 }
 
@@ -82,8 +86,13 @@ pub(super) fn pass(
                 specular[channel].as_mut_array()[lane] = own.specular[channel];
                 emitted[channel].as_mut_array()[lane] = own.emitted[channel];
             }
-            let normal_map = scene.textures_of(hit.primitive).and_then(|all| all.normal_map);
-            if let Some(map) = normal_map {
+            let textures = scene.textures_of(hit.primitive);
+            if let Some(map) = textures.and_then(|all| all.occlusion_map) {
+                let packet = textured.emitted.len();
+                textured.occlusion.resize(packet + 1, F32x8::splat(1.0));
+                textured.occlusion[packet].as_mut_array()[lane] = scene.occlusion(&map, &point);
+            }
+            if let Some(map) = textures.and_then(|all| all.normal_map) {
                 let from_behind = surface.from_behind >> lane & 1 != 0;
                 let mapped = scene.mapped_normal(&map, &point, surface.normal.lane(lane), from_behind);
                 surface.normal.set(lane, mapped);

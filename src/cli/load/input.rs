@@ -248,7 +248,7 @@ fn smooth(loaded: &mut LoadedMesh, degrees: f64, path: &Path, memory: u64) -> Re
     let (mut triangles, mut vectors) = (0, 0);
     for columns in loaded.arrays() {
         triangles += columns.triangles.len();
-        vectors += 2 * columns.x.len() + columns.colors.len() + columns.uvs.len();
+        vectors += 2 * columns.x.len() + columns.colors.len() + columns.uvs.len() + columns.tangents.len();
     }
     let images = loaded
         .images

@@ -232,6 +232,7 @@ fn ground(up: DVec3, bounds: &Aabb, center: DVec3, radius: f64) -> TriangleMesh 
         normals: Vec::new(),
         colors: Vec::new(),
         uvs: Vec::new(),
+        tangents: Vec::new(),
         triangles: vec![[0, 1, 2], [0, 2, 3]],
     }
 }

@@ -403,6 +403,7 @@ fn arrays(scene: &Scene) -> Vec<Array> {
         array("vertex normal", &v.normals),
         array("vertex color", &v.colors),
         array("vertex uv", &v.uvs),
+        array("vertex tangent", &v.tangents),
         array("triangle corners", &t.corners),
         array("triangle material", &t.material),
         array("sphere x", &s.center_x),

@@ -147,6 +147,8 @@ fn textures(scene: &Scene, index: usize, material: &Material) -> Option<String> 
             .map(|texture| format!("specular map {}", size(texture.image))),
         all.normal_map
             .map(|map| format!("normal map {}", size(map.texture.image))),
+        all.occlusion_map
+            .map(|map| format!("occlusion map {}", size(map.texture.image))),
     ];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
     (!parts.is_empty()).then(|| parts.join(", "))

@@ -6,7 +6,7 @@ use crate::{
     format::{mesh::LINE_VERTICES, textures, vertices::add_position},
     scene::{Placing, TriangleMesh, is_usable},
 };
-use glam::{DMat3, DMat4, DVec4, Vec3};
+use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
 use std::ops::Range;
 
 /// A triangle without a material.
@@ -26,6 +26,7 @@ pub(super) struct Arrays {
     has_normals: bool,
     pub(super) has_colors: bool,
     has_uvs: bool,
+    has_tangents: bool,
     /// Triangles without texture coordinates whose material shows a texture.
     untextured: Vec<Range<usize>>,
     /// How many texture coordinates are not finite.
@@ -41,7 +42,7 @@ pub(super) struct Arrays {
 impl Arrays {
     /// Makes room for shapes.
     pub(super) fn reserve(&mut self, room: &Room, buffers: &Buffers<'_>) -> Result<(), LoadError> {
-        let [normals, colors, uvs] = room.vectors();
+        let [normals, colors, uvs, tangents] = room.vectors();
         let (budget, columns) = (buffers.budget(), &mut self.columns);
         [&mut columns.x, &mut columns.y, &mut columns.z]
             .into_iter()
@@ -49,6 +50,7 @@ impl Arrays {
             .and_then(|()| budget.reserve(&mut columns.normals, normals))
             .and_then(|()| budget.reserve(&mut columns.colors, colors))
             .and_then(|()| budget.reserve(&mut columns.uvs, uvs))
+            .and_then(|()| budget.reserve(&mut columns.tangents, tangents))
             .and_then(|()| budget.reserve(&mut self.lines, room.lines))
             .and_then(|()| budget.reserve(&mut columns.triangles, room.triangles))
             .and_then(|()| budget.reserve(&mut self.material_of, room.triangles))
@@ -67,21 +69,25 @@ impl Arrays {
         self.has_normals |= shape.normals.is_some();
         self.has_colors |= shape.colors.is_some() || shape.tint.is_some();
         self.has_uvs |= shape.uvs.is_some();
+        self.has_tangents |= shape.tangents.is_some();
         let missing = |has: bool, length: usize| if has { base + more - length } else { 0 };
         let missing_normals = missing(self.has_normals, columns.normals.len());
         let missing_colors = missing(self.has_colors, columns.colors.len());
         let missing_uvs = missing(self.has_uvs, columns.uvs.len());
+        let missing_tangents = missing(self.has_tangents, columns.tangents.len());
         [&mut columns.x, &mut columns.y, &mut columns.z]
             .into_iter()
             .try_for_each(|column| budget.reserve(column, more))
             .and_then(|()| budget.reserve(&mut columns.normals, missing_normals))
             .and_then(|()| budget.reserve(&mut columns.colors, missing_colors))
             .and_then(|()| budget.reserve(&mut columns.uvs, missing_uvs))
+            .and_then(|()| budget.reserve(&mut columns.tangents, missing_tangents))
             .map_err(|error| buffers.no_room(error))?;
         let is_mirrored = self.positions(shape, world, buffers)?;
         self.normals(shape, base, world, buffers)?;
         self.colors(shape, base, buffers)?;
         self.uvs(shape, base);
+        self.tangents(shape, base, world, buffers)?;
         shape.add_lines(&mut self.lines, base as u32);
         let triangles = &mut self.columns.triangles;
         let before = triangles.len();
@@ -223,6 +229,36 @@ impl Arrays {
         }
     }
 
+    /// Adds the tangents of the vertices from `base` on. Missing and degenerate ones are zero.
+    fn tangents(
+        &mut self,
+        shape: &Shape<'_>,
+        base: usize,
+        world: &DMat4,
+        buffers: &Buffers<'_>,
+    ) -> Result<(), LoadError> {
+        let columns = &mut self.columns;
+        if let Some(tangents) = &shape.tangents {
+            columns.tangents.resize(base, [0.0; 4]);
+            for i in shape.used() {
+                let [x, y, z, w] = tangents.numbers(i);
+                let matrix = shape.matrix(i, world, buffers)?;
+                let tangent = shape.morphed(Attribute::Tangent, i, [x, y, z]);
+                let [x, y, z] = turned(&matrix, tangent).to_array();
+                // A mirror image has a mirrored normal map.
+                let is_mirrored = matrix.determinant() < 0.0;
+                let sign = if is_mirrored { -w.signum() } else { w.signum() };
+                let is_whole = w != 0.0 && !w.is_nan() && [x, y, z] != [0.0; 3];
+                columns
+                    .tangents
+                    .push(if is_whole { [x, y, z, sign] } else { [0.0; 4] });
+            }
+        } else if self.has_tangents {
+            columns.tangents.resize(columns.x.len(), [0.0; 4]);
+        }
+        Ok(())
+    }
+
     /// What checks placements, by the usable vertices.
     pub(super) fn placing(&self) -> Placing {
         if self.unusable.is_none() {
@@ -265,6 +301,12 @@ fn cofactors(matrix: &DMat4) -> DMat3 {
     DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * m.determinant().signum()
 }
 
+/// The unit image of a direction, zero if it has none.
+fn turned(matrix: &DMat4, direction: DVec3) -> Vec3 {
+    let turned = DMat3::from_mat4(*matrix) * direction;
+    turned.normalize_or_zero().as_vec3()
+}
+
 /// How much room shapes take, as far as that is known without reading them.
 #[derive(Default)]
 pub(super) struct Room {
@@ -273,8 +315,8 @@ pub(super) struct Room {
     pub(super) lines: usize,
     pub(super) points: usize,
     pub(super) vertices: usize,
-    /// Normals, colours, texture coordinates.
-    has: [bool; 3],
+    /// Normals, colours, texture coordinates, tangents.
+    has: [bool; 4],
 }
 
 impl Room {
@@ -294,6 +336,7 @@ impl Room {
                 shape.normals.is_some(),
                 shape.colors.is_some(),
                 shape.uvs.is_some(),
+                shape.tangents.is_some(),
             ];
             for (any, has) in self.has.iter_mut().zip(has) {
                 *any |= has;
@@ -301,14 +344,14 @@ impl Room {
         }
     }
 
-    /// How many normals, colours and texture coordinates there are.
-    fn vectors(&self) -> [usize; 3] {
+    /// How many normals, colours, texture coordinates and tangents there are.
+    fn vectors(&self) -> [usize; 4] {
         self.has.map(|has| if has { self.vertices } else { 0 })
     }
 
     /// How many vectors there are, positions and those of the tubes of lines too.
     pub(super) fn all_vectors(&self) -> usize {
-        let [_, has_colors, _] = self.has;
+        let [_, has_colors, ..] = self.has;
         let of_line = LINE_VERTICES * (2 + usize::from(has_colors));
         self.vectors()
             .into_iter()

@@ -263,6 +263,12 @@ impl<'a> Buffers<'a> {
         self.expected(accessor, is_right, "vectors of 3 numbers")
     }
 
+    /// The elements of an accessor of tangents.
+    pub(super) fn tangents(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
+        let is_right = accessor.dimensions() == Dimensions::Vec4;
+        self.expected(accessor, is_right, "tangents (vectors of 4 numbers)")
+    }
+
     /// The elements of an accessor of quaternions.
     pub(super) fn quaternions(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
         let is_right = accessor.dimensions() == Dimensions::Vec4;

@@ -178,12 +178,13 @@ impl<'d> Compression<'d> {
             .filter(|accessor| is_missing(accessor, buffers));
         let mut attributes = Vec::new();
         for (semantic, accessor) in primitive.attributes() {
-            if !is_read(&semantic) || !is_missing(&accessor, buffers) {
+            if !is_read(&semantic, primitive) || !is_missing(&accessor, buffers) {
                 continue;
             }
             match draco.attributes.get(&semantic.to_string()) {
                 Some(&id) => attributes.push((id, accessor)),
-                None if accessor.sparse().is_some() => {}
+                // Tangents that are zeros count as missing.
+                None if accessor.sparse().is_some() || semantic == Semantic::Tangents => {}
                 // Zeros would hide the mistake.
                 None => {
                     return Err(buffers.refused(format!(
@@ -324,17 +325,18 @@ fn over_limit(buffers: &Buffers<'_>) -> LoadError {
     buffers.no_room(BudgetError::OverLimit { needed: limit, limit })
 }
 
-/// Whether octray reads an attribute of this kind.
-fn is_read(semantic: &Semantic) -> bool {
-    matches!(
-        semantic,
+/// Whether octray reads an attribute of this kind of a primitive.
+fn is_read(semantic: &Semantic, primitive: &Primitive<'_>) -> bool {
+    match semantic {
+        Semantic::Tangents => primitive.material().normal_texture().is_some(),
         Semantic::Positions
-            | Semantic::Normals
-            | Semantic::Colors(0)
-            | Semantic::TexCoords(_)
-            | Semantic::Joints(_)
-            | Semantic::Weights(_)
-    )
+        | Semantic::Normals
+        | Semantic::Colors(0)
+        | Semantic::TexCoords(_)
+        | Semantic::Joints(_)
+        | Semantic::Weights(_) => true,
+        Semantic::Colors(_) => false,
+    }
 }
 
 /// Some numbers of each point, packed.

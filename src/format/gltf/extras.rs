@@ -75,20 +75,8 @@ pub(super) fn left_out(root: &Root, is_cloud: bool, is_animated: bool) -> LeftOu
         left_out.count(root.images.len(), "image", "images");
     }
     let materials = |is: fn(&&Material) -> bool| root.materials.iter().filter(is).count();
-    for (count, one, many) in [
-        (
-            materials(|m| has_gloss_map(m)),
-            "glossiness map",
-            "glossiness maps",
-        ),
-        (
-            materials(|m| m.occlusion_texture.is_some()),
-            "occlusion map",
-            "occlusion maps",
-        ),
-    ] {
-        left_out.count(count, one, many);
-    }
+    let gloss_maps = materials(|m| has_gloss_map(m));
+    left_out.count(gloss_maps, "glossiness map", "glossiness maps");
     let primitives = || root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let count = |is: fn(&&Primitive) -> bool| primitives().filter(is).count();
     if !is_cloud {

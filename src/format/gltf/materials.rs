@@ -80,6 +80,8 @@ pub(super) struct Shown {
     pub(super) emission_left_out: bool,
     /// Whether its normal map has other coordinates.
     pub(super) normals_left_out: bool,
+    /// Whether its occlusion map has other coordinates.
+    pub(super) occlusion_left_out: bool,
     /// What its roughness map becomes, if it has one.
     pub(super) highlight: Option<Highlight>,
     /// Whether its roughness map has other coordinates.
@@ -98,7 +100,11 @@ pub(super) fn materials(
 ) -> Vec<Shown> {
     document
         .materials()
-        .map(|material| shown(&material, webp, transforms))
+        .map(|material| {
+            let mut shown = shown(&material, webp, transforms);
+            transforms.add_occlusion(&material, webp, &mut shown);
+            shown
+        })
         .collect()
 }
 
@@ -116,6 +122,11 @@ pub(super) fn left_out(materials: &[Shown], unsupported: [&str; 2], left_out: &m
         count(|shown| shown.normals_left_out),
         "normal map with other texture coordinates",
         "normal maps with other texture coordinates",
+    );
+    left_out.count(
+        count(|shown| shown.occlusion_left_out),
+        "occlusion map with other texture coordinates",
+        "occlusion maps with other texture coordinates",
     );
     left_out.count(
         count(|shown| shown.roughness_left_out),
@@ -211,9 +222,9 @@ fn texture(texture: &texture::Texture<'_>, webp: &[Option<u32>]) -> Option<Textu
 pub(super) struct MapRead {
     pub(super) texture: Option<Texture>,
     /// `None` without a texture.
-    placement: Option<Placement>,
+    pub(super) placement: Option<Placement>,
     /// Its image is of a kind that octray does not read.
-    is_unsupported: bool,
+    pub(super) is_unsupported: bool,
 }
 
 impl MapRead {
@@ -340,7 +351,6 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
         glass,
         textures: SurfaceTextures {
             base: base.texture,
-            checker: None,
             cut_out,
             opacity,
             emission,
@@ -349,6 +359,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
             normal_map: normal_map.filter(|_| !normals_left_out),
             // Light enters glass and leaves it.
             one_sided: !material.double_sided() && matches!(through, Through::Not | Through::Faint),
+            ..SurfaceTextures::NONE
         },
     };
     Shown {
@@ -356,6 +367,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>], transforms: &Trans
         placement: placement.or(rough.placement),
         highlight: rough_shown.map(|_| Highlight::new(roughness, metallic, diffuse, base_image)),
         roughness_left_out,
+        occlusion_left_out: false,
         emission_left_out,
         normals_left_out,
         is_unsupported: base.is_unsupported

@@ -149,7 +149,9 @@ pub(super) fn parse(
     let surfaces = (&mut mesh.surfaces[..], &used[..], &highlights[..]);
     mesh.images = images::read(&sources, &document, &mut buffers, surfaces, &mut mesh.notes);
     if mesh.images.is_empty() && budget.wants_images() {
-        mesh.arrays_mut().for_each(|columns| columns.uvs = Vec::new());
+        for columns in mesh.arrays_mut() {
+            (columns.uvs, columns.tangents) = Default::default();
+        }
     }
     Ok(mesh)
 }

@@ -63,12 +63,12 @@ impl<'d> MorphTargets<'d> {
     }
 
     /// The differences that change a primitive of a mesh with this index. `uv_set` is the set of texture coordinates that
-    /// it shows. Targets without weight change nothing.
+    /// it shows. Tangents are only read if it `has_tangents`. Targets without weight change nothing.
     pub(super) fn of_primitive<'a>(
         &self,
         [mesh, primitive]: [usize; 2],
         weights: &[f32],
-        uv_set: Option<u32>,
+        (uv_set, has_tangents): (Option<u32>, bool),
         buffers: &mut Buffers<'a>,
     ) -> Result<Vec<Difference<'a>>, LoadError> {
         let mut differences = Vec::new();
@@ -84,6 +84,7 @@ impl<'d> MorphTargets<'d> {
                     "POSITION" => Attribute::Position,
                     "NORMAL" => Attribute::Normal,
                     "COLOR_0" => Attribute::Color,
+                    "TANGENT" if has_tangents => Attribute::Tangent,
                     name if uv_set.is_some_and(|set| name == format!("TEXCOORD_{set}")) => {
                         Attribute::TexCoord
                     }
@@ -97,7 +98,9 @@ impl<'d> MorphTargets<'d> {
                     )));
                 };
                 let elements = match attribute {
-                    Attribute::Position | Attribute::Normal => buffers.vectors(&accessor)?,
+                    Attribute::Position | Attribute::Normal | Attribute::Tangent => {
+                        buffers.vectors(&accessor)?
+                    }
                     Attribute::Color => buffers.color_differences(&accessor)?,
                     Attribute::TexCoord => buffers.pairs(&accessor)?,
                 };
@@ -121,6 +124,8 @@ pub(super) enum Attribute {
     Normal,
     Color,
     TexCoord,
+    /// Without its sign.
+    Tangent,
 }
 
 /// What one target adds to one attribute of the vertices.

@@ -1,13 +1,13 @@
-//! Normal maps of materials. The gltf crate does not read how they are moved.
+//! Normal and occlusion maps of materials. The gltf crate does not read how they are moved.
 
-use super::materials::{MapRead, Placement};
-use crate::scene::{MAX_NORMAL_SCALE, NormalMap};
+use super::materials::{MapRead, Placement, Shown};
+use crate::scene::{MAX_NORMAL_SCALE, NormalMap, OcclusionMap};
 use gltf::{json, material::NormalTexture};
 use serde::Deserialize;
 
 const TRANSFORM: &str = "KHR_texture_transform";
 
-/// The transforms of the normal maps of a file.
+/// The transforms of the normal and occlusion maps of a file.
 pub(super) struct Transforms {
     materials: Vec<MaterialOf>,
 }
@@ -33,7 +33,9 @@ impl Transforms {
         webp: &[Option<u32>],
     ) -> (MapRead, Option<NormalMap>) {
         let normal = material.normal_texture().filter(|_| is_lit);
-        let placement = normal.as_ref().map(|normal| self.placement(material, normal));
+        let moved =
+            |normal: &NormalTexture<'_>| self.placement(material, normal.tex_coord(), |own| &own.normal);
+        let placement = normal.as_ref().map(moved);
         let image = normal.as_ref().map(NormalTexture::texture);
         let read = MapRead::new(image.as_ref().zip(placement), webp);
         let scale = normal.map_or(1.0, |normal| normal.scale());
@@ -45,10 +47,41 @@ impl Transforms {
         (read, map)
     }
 
-    fn placement(&self, material: &gltf::Material<'_>, normal: &NormalTexture<'_>) -> Placement {
+    /// Adds the occlusion map of a material, if it is lit.
+    pub(super) fn add_occlusion(
+        &self,
+        material: &gltf::Material<'_>,
+        webp: &[Option<u32>],
+        shown: &mut Shown,
+    ) {
+        let is_lit = shown.surface.glass.is_none() && !shown.surface.is_unlit;
+        let Some(map) = material.occlusion_texture().filter(|_| is_lit) else {
+            return;
+        };
+        let placement = self.placement(material, map.tex_coord(), |own| &own.occlusion);
+        let read = MapRead::new(Some((&map.texture(), placement)), webp);
+        shown.is_unsupported |= read.is_unsupported;
+        let own = shown.placement.or(read.placement);
+        shown.occlusion_left_out = read.placement.is_some() && read.placement != own;
+        if let Some(texture) = read.texture.filter(|_| !shown.occlusion_left_out) {
+            shown.placement = own;
+            shown.surface.textures.occlusion_map = Some(OcclusionMap {
+                texture,
+                strength: map.strength().clamp(0.0, 1.0),
+            });
+        }
+    }
+
+    /// Where a map that takes this set of texture coordinates lies; `map` is its JSON.
+    fn placement(
+        &self,
+        material: &gltf::Material<'_>,
+        set: u32,
+        map: impl Fn(&MaterialOf) -> &Option<MapOf>,
+    ) -> Placement {
         let own = material.index().and_then(|i| self.materials.get(i));
-        let moved = own.and_then(|own| own.normal.as_ref()?.extensions.transform.as_ref());
-        let plain = Placement::plain(normal.tex_coord());
+        let moved = own.and_then(|own| map(own).as_ref()?.extensions.transform.as_ref());
+        let plain = Placement::plain(set);
         moved.map_or(plain, |moved| Placement {
             set: moved.set.unwrap_or(plain.set),
             offset: moved.offset.unwrap_or(plain.offset),
@@ -68,12 +101,14 @@ struct FileOf {
 #[serde(default)]
 struct MaterialOf {
     #[serde(rename = "normalTexture")]
-    normal: Option<NormalOf>,
+    normal: Option<MapOf>,
+    #[serde(rename = "occlusionTexture")]
+    occlusion: Option<MapOf>,
 }
 
 #[derive(Default, Deserialize)]
 #[serde(default)]
-struct NormalOf {
+struct MapOf {
     extensions: ExtensionsOf,
 }
 

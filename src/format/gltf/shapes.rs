@@ -32,6 +32,8 @@ pub(super) struct Shape<'a> {
     pub(super) positions: Rc<Elements<'a>>,
     /// As many as positions.
     pub(super) normals: Option<Rc<Elements<'a>>>,
+    /// As many as positions; `None` without normals, or if no normal map is shown.
+    pub(super) tangents: Option<Rc<Elements<'a>>>,
     /// As many as positions.
     pub(super) colors: Option<Rc<Elements<'a>>>,
     /// The factor of the colours of points and lines, display values.
@@ -142,12 +144,15 @@ impl<'a> Shape<'a> {
             Some((accessor, placement)) => Some((buffers.pairs(&accessor)?, placement)),
             None => None,
         };
+        let tangents = Self::tangents(primitive, materials, buffers)?;
+        let tangents = tangents.filter(|tangents| tangents.count == positions.count && uvs.is_some());
         if let Some(colors) = &colors {
             check_count(colors, ["colour", "colours"], &positions, buffers)?;
         }
         let uv_set = uvs.as_ref().map(|(_, placement)| placement.set);
         let (index, targets) = ([mesh, primitive.index()], pose.targets);
-        let differences = targets.of_primitive(index, pose.weights, uv_set, buffers)?;
+        let read = (uv_set, tangents.is_some());
+        let differences = targets.of_primitive(index, pose.weights, read, buffers)?;
         for difference in &differences {
             let what = ["difference", "differences"];
             check_count(&difference.elements, what, &positions, buffers)?;
@@ -166,6 +171,7 @@ impl<'a> Shape<'a> {
             is_textured: placement.is_some(),
             uvs: uvs.filter(|(uvs, _)| uvs.count == positions.count),
             normals: normals.filter(|normals| normals.count == positions.count),
+            tangents,
             colors,
             positions,
             differences,
@@ -173,6 +179,23 @@ impl<'a> Shape<'a> {
             indices,
             corners: None,
         }))
+    }
+
+    /// The tangents of a primitive, if its material shows a normal map. Without normals they do not count, as the specification
+    /// says.
+    fn tangents(
+        primitive: &Primitive<'_>,
+        materials: &[Shown],
+        buffers: &mut Buffers<'a>,
+    ) -> Result<Option<Rc<Elements<'a>>>, LoadError> {
+        let shown = primitive.material().index().and_then(|i| materials.get(i));
+        let is_mapped = shown.is_some_and(|shown| shown.surface.textures.normal_map.is_some());
+        let has_normals = primitive.get(&Semantic::Normals).is_some();
+        let accessor = primitive.get(&Semantic::Tangents);
+        match accessor.filter(|_| is_mapped && has_normals) {
+            Some(accessor) => Ok(Some(buffers.tangents(&accessor)?)),
+            None => Ok(None),
+        }
     }
 
     /// Whether joints place it.

@@ -23,7 +23,7 @@ impl LoadedMesh {
 
     fn leave_out_colors(&mut self) {
         for columns in self.arrays_mut() {
-            (columns.colors, columns.uvs) = (Vec::new(), Vec::new());
+            (columns.colors, columns.uvs, columns.tangents) = Default::default();
         }
     }
 

@@ -272,6 +272,7 @@ fn keep(
         normals,
         colors,
         uvs,
+        tangents,
         triangles: _,
     } = columns;
     for column in [x, y, z] {
@@ -280,6 +281,7 @@ fn keep(
     keep_elements(normals, kept);
     keep_elements(colors, kept);
     keep_elements(uvs, kept);
+    keep_elements(tangents, kept);
     Ok(())
 }
 

@@ -365,6 +365,7 @@ impl<'a> Reading<'a> {
                     texture,
                     scale: self.normal_scale,
                 }),
+                occlusion_map: None,
                 one_sided: false,
             },
         };

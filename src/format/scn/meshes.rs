@@ -212,6 +212,10 @@ impl Meshes {
                 Some(_) => Vec::new(),
                 None => copied(&mesh.columns.uvs, budget)?,
             },
+            tangents: match material {
+                Some(_) => Vec::new(),
+                None => copied(&mesh.columns.tangents, budget)?,
+            },
             triangles: copied(&mesh.columns.triangles, budget)?,
         };
         transform.apply(&mut columns);
@@ -288,6 +292,7 @@ pub(super) fn size_of_columns(mesh: &LoadedMesh) -> usize {
         + size_of_val(&columns.normals[..])
         + size_of_val(&columns.colors[..])
         + size_of_val(&columns.uvs[..])
+        + size_of_val(&columns.tangents[..])
         + size_of_val(&columns.triangles[..])
         + size_of_val(&mesh.surface_of[..])
         + mesh

@@ -187,12 +187,15 @@ fn decode(known: &Known<'_>) -> Result<Made, String> {
                 pixel.0[3] = u8::MAX;
             }
         }
-        Content::ColorsAndAlpha | Content::Numbers => {}
+        Content::ColorsAndAlpha | Content::Normals | Content::Numbers => {}
     }
     let pixels = bytemuck::allocation::try_cast_vec(image.into_raw());
     let pixels = pixels.map_err(|_| "it does not fit into memory".to_owned())?;
     let image = match known.content {
-        Content::Numbers => normal_map(known.header.size, pixels)?,
+        Content::Normals => normal_map(known.header.size, pixels)?,
+        Content::Numbers => {
+            Image::of_numbers(known.header.size, pixels).map_err(|error| error.to_string())?
+        }
         _ => Image::new(known.header.size, pixels).map_err(|error| error.to_string())?,
     };
     Ok(Made {

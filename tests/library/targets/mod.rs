@@ -119,6 +119,8 @@ fn check(mesh: &TriangleMesh) {
     assert!(mesh.y.len() == vertices && mesh.z.len() == vertices);
     assert!(mesh.normals.is_empty() || mesh.normals.len() == vertices);
     assert!(mesh.uvs.is_empty() || mesh.uvs.len() == vertices);
+    assert!(mesh.tangents.is_empty() || mesh.tangents.len() == vertices);
+    assert!(mesh.tangents.as_flattened().iter().all(|x| x.is_finite()));
     assert!(mesh.uvs.as_flattened().iter().all(|uv| uv.is_finite()));
     let numbers = mesh.x.iter().chain(&mesh.y).chain(&mesh.z);
     assert!(numbers.copied().all(f32::is_finite));

@@ -188,6 +188,7 @@ fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
                         Vec::new()
                     },
                     uvs: Vec::new(),
+                    tangents: Vec::new(),
                     triangles: vec![[0, 1, 2], [0, 2, 3], [3, 2, 0]],
                 };
                 if corners[1].y > 0.5 {

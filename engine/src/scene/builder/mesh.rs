@@ -24,6 +24,10 @@ pub struct TriangleMesh {
     pub colors: Vec<[f32; 3]>,
     /// Texture coordinates of each vertex, as [`Vertices::uvs`](crate::scene::Vertices::uvs), or empty.
     pub uvs: Vec<[f32; 2]>,
+    /// One tangent per vertex for normal maps, or empty: x, y, z, of any length, point to where the image's right is. w is above
+    /// 0 if the image's top is along the cross product of normal and tangent, below 0 if it is opposite. Zero: none. A
+    /// triangle without tangents at all three corners, or with different signs of w, takes its own from its texture coordinates.
+    pub tangents: Vec<[f32; 4]>,
     /// Vertex indices of each triangle, 0-based.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -50,6 +54,9 @@ impl SceneBuilder {
         }
         if !all.uvs.is_empty() {
             all.uvs.resize(all.x.len(), [0.0; 2]);
+        }
+        if !all.tangents.is_empty() {
+            all.tangents.resize(all.x.len(), [0.0; 4]);
         }
         self.triangles.corners.push([base, base + 1, base + 2]);
         self.triangles.material.push(material);
@@ -112,13 +119,15 @@ impl SceneBuilder {
             normals,
             colors,
             uvs,
+            tangents,
             mut triangles,
         } = mesh;
         let (base, end) = (self.vertices.x.len(), self.vertices.x.len() + x.len());
         let has_normals = !normals.is_empty() || !self.vertices.normals.is_empty();
         let has_colors = !colors.is_empty() || !self.vertices.colors.is_empty();
         let has_uvs = !uvs.is_empty() || !self.vertices.uvs.is_empty();
-        let arrays = [has_normals, has_colors, has_uvs].map(usize::from);
+        let has_tangents = !tangents.is_empty() || !self.vertices.tangents.is_empty();
+        let arrays = [has_normals, has_colors, has_uvs, has_tangents].map(usize::from);
         let vectors = arrays.iter().sum::<usize>() * end + self.spheres.color.len();
         self.check_limits([triangles.len(), 0, x.len()], vectors)?;
         let all = &mut self.vertices;
@@ -131,6 +140,7 @@ impl SceneBuilder {
         reserve_up_to(&mut all.normals, room(has_normals))?;
         reserve_up_to(&mut all.colors, room(has_colors))?;
         reserve_up_to(&mut all.uvs, room(has_uvs))?;
+        reserve_up_to(&mut all.tangents, room(has_tangents))?;
         if has_normals {
             append_padded(&mut all.normals, normals, [base, end], Vec3::ZERO);
         }
@@ -139,6 +149,9 @@ impl SceneBuilder {
         }
         if has_uvs {
             append_padded(&mut all.uvs, uvs, [base, end], [0.0; 2]);
+        }
+        if has_tangents {
+            append_padded(&mut all.tangents, tangents, [base, end], [0.0; 4]);
         }
         append(&mut all.x, x);
         append(&mut all.y, y);
@@ -177,6 +190,12 @@ impl SceneBuilder {
                 .into_iter()
                 .try_for_each(|value| usable("texture coordinate", value))
         })?;
+        if !mesh.tangents.is_empty() {
+            expect_length("tangents", mesh.tangents.len(), vertices)?;
+        }
+        let numbers = mesh.tangents.as_flattened();
+        let unusable = first_where(numbers, |&value| !is_usable(value));
+        unusable.map_or(Ok(()), |i| usable("tangent", numbers[i]))?;
         let is_beyond = |&[a, b, c]: &[u32; 3]| a.max(b).max(c) as usize >= vertices;
         match first_where(&mesh.triangles, is_beyond) {
             Some(triangle) => {

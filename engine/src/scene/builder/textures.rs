@@ -22,8 +22,8 @@ impl SceneBuilder {
         Ok(self.images.len() as u32 - 1)
     }
 
-    /// Adds a material with textures, emission or opacity, even if an equal one exists. Glass ignores the opacity
-    /// and the normal map.
+    /// Adds a material with textures, emission or opacity, even if an equal one exists. Glass ignores the opacity,
+    /// the normal map and the occlusion map.
     ///
     /// # Errors
     /// As [`SceneBuilder::add_material`]; also [`SceneError::UnknownImage`].
@@ -35,6 +35,7 @@ impl SceneBuilder {
         if matches!(material, Material::Glass { .. }) {
             textures.opacity = None;
             textures.normal_map = None;
+            textures.occlusion_map = None;
         }
         // Kept apart: scenes without textures skip their pass.
         let one_sided = std::mem::take(&mut textures.one_sided);

@@ -10,6 +10,7 @@ fn faults(triangles: &[[u32; 3]]) -> MeshFaults {
         normals: Vec::new(),
         colors: Vec::new(),
         uvs: Vec::new(),
+        tangents: Vec::new(),
         triangles: triangles.to_vec(),
     };
     let mut builder = SceneBuilder::new();

@@ -13,6 +13,7 @@ fn roof(degrees: f64) -> TriangleMesh {
         normals: Vec::new(),
         colors: Vec::new(),
         uvs: Vec::new(),
+        tangents: Vec::new(),
         triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
     }
 }

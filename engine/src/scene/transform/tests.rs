@@ -9,6 +9,7 @@ fn mesh() -> TriangleMesh {
         normals: vec![Vec3::new(6.0, 3.0, 2.0); 3],
         colors: Vec::new(),
         uvs: Vec::new(),
+        tangents: Vec::new(),
         triangles: vec![[0, 1, 2]],
     }
 }

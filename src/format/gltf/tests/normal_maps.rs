@@ -1,6 +1,8 @@
 use super::textured_by;
 use crate::scene::Image;
 
+mod tangents;
+
 const BLUE: [u8; 4] = [128, 128, 255, 255];
 const TEXTURES: &str = r#"[{"source":1}]"#;
 
@@ -143,4 +145,34 @@ fn many_factors_of_roughness() {
         let mesh = textured_by([10, 200, 30, 255], &materials, TEXTURES).expect("a mesh");
         assert_eq!(mesh.images.len(), images);
     }
+}
+
+/// Often an image of occlusion, roughness and metal, of which occlusion is the red.
+#[test]
+fn occlusion_maps() {
+    let pbr = r#""pbrMetallicRoughness":{"metallicRoughnessTexture":{"index":0,"texCoord":1}}"#;
+    let load = |more: &str, texture: &str| {
+        let materials = format!(r#""materials":[{{{more}"occlusionTexture":{{"index":0{texture}}},{pbr}}}]"#);
+        textured_by([10, 200, 0, 255], &materials, TEXTURES).expect("a mesh")
+    };
+    let mesh = load("", r#","texCoord":1,"strength":0.5"#);
+    assert!(mesh.notes.is_empty(), "{:?}", mesh.notes);
+    let map = mesh.surfaces[0].textures.occlusion_map.expect("a map");
+    let image = &mesh.images[map.texture.image as usize];
+    assert_eq!(
+        (map.strength, image.has_numbers(), image.mean()),
+        (0.5, true, [10, 200, 0, 255])
+    );
+    assert!(mesh.surfaces[0].textures.specular_map.is_some() && mesh.images.len() == 2);
+    let moved = r#","texCoord":1,"extensions":{"KHR_texture_transform":{"offset":[0.5,0]}}"#;
+    for elsewhere in ["", moved] {
+        let mesh = load("", elsewhere);
+        assert_eq!(
+            mesh.notes,
+            ["folder/a.gltf: left out: 1 occlusion map with other texture coordinates"]
+        );
+        assert_eq!(mesh.surfaces[0].textures.occlusion_map, None);
+    }
+    let unlit = load(r#""extensions":{"KHR_materials_unlit":{}},"#, "");
+    assert!(unlit.notes.is_empty() && unlit.surfaces[0].textures.occlusion_map.is_none());
 }

@@ -15,7 +15,7 @@ pub(super) struct File {
 
 impl File {
     /// Adds an accessor; `kind` is the rest of its JSON. Returns its index.
-    fn add(&mut self, count: usize, kind: &str, bytes: &[u8]) -> usize {
+    pub(super) fn add(&mut self, count: usize, kind: &str, bytes: &[u8]) -> usize {
         self.buffer.resize(self.buffer.len().next_multiple_of(4), 0);
         let (view, start, length) = (self.views.len(), self.buffer.len(), bytes.len());
         self.views.push(format!(
@@ -86,7 +86,7 @@ pub(super) const BENT: &str = r#""nodes":[{"mesh":0,"skin":0,"translation":[0,0,
     "meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1,"JOINTS_0":2,"WEIGHTS_0":3},"indices":5}]}],
     "skins":[{"joints":[1,2],"inverseBindMatrices":4}]"#;
 
-fn load_file(json: &str, sharing: Sharing) -> Result<LoadedMesh, String> {
+pub(super) fn load_file(json: &str, sharing: Sharing) -> Result<LoadedMesh, String> {
     let open = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
     let budget = Budget::new(1 << 30).with_sharing(sharing);
     parse(json.as_bytes(), Path::new("a.gltf"), open, &budget)

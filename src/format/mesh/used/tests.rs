@@ -14,6 +14,7 @@ fn mesh(count: u32, triangles: &[[u32; 3]]) -> LoadedMesh {
             z: numbers.clone(),
             colors: numbers.iter().map(|&i| [i; 3]).collect(),
             uvs: numbers.iter().map(|&i| [i; 2]).collect(),
+            tangents: numbers.iter().map(|&i| [i; 4]).collect(),
             triangles: triangles.to_vec(),
             ..TriangleMesh::default()
         },
@@ -41,8 +42,12 @@ fn vertices_that_no_triangle_uses_are_dropped() {
     assert_eq!(found.columns.x, [1.0, 3.0, 4.0, 5.0]);
     assert_eq!(found.columns.triangles, [[3, 0, 1], [1, 0, 2]]);
     assert_eq!(
-        (found.columns.colors[3], found.columns.uvs[3]),
-        ([5.0; 3], [5.0; 2])
+        (
+            found.columns.colors[3],
+            found.columns.uvs[3],
+            found.columns.tangents[3]
+        ),
+        ([5.0; 3], [5.0; 2], [5.0; 4])
     );
     assert!(found.notes.is_empty());
     // Without triangles they are counted in an error.
