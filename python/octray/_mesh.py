@@ -223,7 +223,7 @@ class Mesh:
         return self._mesh.contains(_arrays.vectors("points", points, one=True))
 
     def refit(self, vertices: ArrayLike) -> None:
-        """Move the vertices, whose number must not change, without rebuilding the mesh.
+        """Move the vertices, whose number must not change, mostly without a new BVH.
 
         Results are those of a new mesh."""
         moved = _arrays.vectors("vertices", vertices)

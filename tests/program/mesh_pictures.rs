@@ -173,7 +173,7 @@ fn modes_and_threads_make_the_same_picture() {
 fn meshes_that_cannot_be_lit() {
     let folder = Folder::new();
     folder.write("far.obj", "v 0 0 0\nv 9e8 0 0\nv 0 9e8 0\nf 1 2 3\n");
-    let words = "error: far.obj: the mesh reaches 9.0e8, so that its lights, 100 times as far away as it is large, would \
+    let words = "error: far.obj: the mesh reaches 6.4e8 from its middle, so that its lights, 100 times as far away, would \
                  be beyond 1e9; scale it down";
     folder.fails(&["far.obj", "-s", "8x8"], 1, words);
     folder.fails(&["far.obj", "-s", "8x8", "--style", "plain"], 1, words);

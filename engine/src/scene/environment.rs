@@ -136,7 +136,7 @@ impl EnvironmentPicture {
     }
 
     /// Turns its middle from +x to the direction `middle`, and its upper edge from +z towards `up`, for scenes in which another
-    /// direction is up. Vectors of any length; `up` gives way if they are not at right angles.
+    /// direction is up. Lengths are from 1e-15 to 1e15; `up` gives way if they are not at right angles.
     #[must_use]
     pub fn turned(self, middle: Vec3, up: Vec3) -> Self {
         let x = middle.normalize_or(Vec3::X);

@@ -1,7 +1,7 @@
 //! Lights: shapes, power, falloff and cones.
 
 use super::{builder::usable, material::check_color};
-use crate::error::SceneError;
+use crate::{error::SceneError, math};
 use glam::{DVec3, Vec3};
 
 /// Upper bound on the factor of falloff near a light.
@@ -261,7 +261,7 @@ impl Light {
 }
 
 fn unit(direction: DVec3) -> Result<Vec3, SceneError> {
-    let unit = direction.try_normalize().map(DVec3::as_vec3);
+    let unit = math::moderate(direction).try_normalize().map(DVec3::as_vec3);
     unit.ok_or(SceneError::NotPositive {
         what: "length of the direction",
         value: 0.0,

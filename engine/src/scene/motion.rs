@@ -3,7 +3,7 @@
 //! All of it is computed in `f64` with `libm`, so that a frame is the same on every machine.
 
 use super::{Camera, CameraError, Lens, Projection, Transform, View};
-use crate::error::SceneError;
+use crate::{error::SceneError, math};
 use glam::{DVec3, DVec4};
 
 /// The most keyframes of a scene.
@@ -73,12 +73,16 @@ impl Step {
 
 /// Interpolates two rotations: about the same axis, or opposite ones, the angles, which may be several turns, else by slerp
 /// (Shoemake, *Animating Rotation with Quaternion Curves*, 1985).
+fn unit_or_zero(vector: DVec3) -> DVec3 {
+    math::moderate(vector).normalize_or_zero()
+}
+
 fn rotation_between(
     (axis, degrees): (DVec3, f64),
     (next_axis, next_degrees): (DVec3, f64),
     share: f64,
 ) -> Step {
-    let (a, b) = (axis.normalize_or_zero(), next_axis.normalize_or_zero());
+    let (a, b) = (unit_or_zero(axis), unit_or_zero(next_axis));
     let about = |axis, from: f64, to: f64| Step::Rotate {
         axis,
         degrees: from + (to - from) * share,
@@ -334,7 +338,7 @@ fn view_between(a: &View, b: &View, share: f64) -> View {
         up: if a.up == b.up {
             a.up
         } else {
-            mix(a.up.normalize_or_zero(), b.up.normalize_or_zero(), share)
+            mix(unit_or_zero(a.up), unit_or_zero(b.up), share)
         },
         projection: match (a.projection, b.projection) {
             (

@@ -317,7 +317,7 @@ impl Scene {
         }
     }
 
-    /// Returns whether an instance or a camera moves.
+    /// Returns whether an instance or a camera has a motion, even one without keyframes.
     #[must_use]
     pub fn moves(&self) -> bool {
         !self.moving.is_empty()

@@ -1,7 +1,7 @@
 //! Affine transforms of meshes, computed in f64 and rounded once.
 
 use super::{Light, LightShape, Projection, Spot, Step, TriangleMesh, View};
-use crate::error::SceneError;
+use crate::{error::SceneError, math};
 use glam::{DMat3, DVec3, Vec3};
 
 /// An affine transform `linear * p + offset`.
@@ -29,7 +29,7 @@ impl Transform {
     /// axes are exact.
     #[must_use]
     pub fn then_rotate(self, axis: DVec3, degrees: f64) -> Self {
-        let Some(DVec3 { x, y, z }) = axis.try_normalize() else {
+        let Some(DVec3 { x, y, z }) = math::moderate(axis).try_normalize() else {
             return self;
         };
         let (sin, cos) = sin_cos_degrees(degrees);

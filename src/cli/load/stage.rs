@@ -164,9 +164,9 @@ pub fn build(
     };
     lit.map_err(|error| match error {
         SceneError::NotUsable { .. } if !is_own => {
-            let reach = bounds.lower.abs().max(bounds.upper.abs()).max_element();
+            let reach = rig.radius;
             format!(
-                "the mesh reaches {reach:.1e}, so that its lights, {LIGHT_DISTANCE} times as far away as it is large, \
+                "the mesh reaches {reach:.1e} from its middle, so that its lights, {LIGHT_DISTANCE} times as far away, \
                  would be beyond {MAX_COORDINATE:e}; scale it down"
             )
         }
