@@ -227,7 +227,14 @@ fn coordinates_that_are_lost_are_warned_of() {
         let (found, said) = picture(&folder, name, &[]);
         assert_contains(&said, &[name, COARSE]);
         assert!(found == expected, "{name}");
+        for line in [format!("info {name}"), format!("info {name} --json -")] {
+            let run = folder.run_line(&line);
+            run.succeeded();
+            assert_contains(&String::from_utf8_lossy(&run.stdout), &[name, COARSE]);
+        }
     }
+    let fine = folder.run_line("info far.obj");
+    assert!(!String::from_utf8_lossy(&fine.stdout).contains(COARSE));
     // Coordinates of a scene are `f32`.
     let scene = |mesh: &str| {
         let text = format!(

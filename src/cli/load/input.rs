@@ -317,6 +317,9 @@ pub fn load_bare(
             clip_path(path)
         ));
     }
+    if let Some(note) = faults::coarse(path, &stage::bounds_of(&loaded)) {
+        builder.add_note(note);
+    }
     let animations = std::mem::take(&mut loaded.animations);
     loaded
         .add_to(&mut builder, None)

@@ -12,6 +12,18 @@ use crate::{
 };
 use glam::{DVec3, Vec3};
 
+/// The bounds of a mesh, or of the spheres and tubes of a cloud.
+pub(super) fn bounds_of(loaded: &LoadedMesh) -> Aabb {
+    let mut bounds = PlacedMesh::bounds(&loaded.placed());
+    if let Some(cloud) = &loaded.cloud
+        && !bounds.is_empty()
+    {
+        let reach = Vec3::splat(cloud.radius(&loaded.columns));
+        (bounds.lower, bounds.upper) = (bounds.lower - reach, bounds.upper + reach);
+    }
+    bounds
+}
+
 /// The viewing direction of the mesh, and its surroundings.
 pub struct Stage<'a> {
     /// From the target to the viewer, of any length.
@@ -42,13 +54,7 @@ impl Rig {
     /// The rig of a mesh, and the bounds of what it stands around.
     fn of(loaded: &LoadedMesh, stage: &Stage<'_>) -> (Self, Aabb) {
         let loaded = stage.around.unwrap_or(loaded);
-        let mut bounds = PlacedMesh::bounds(&loaded.placed());
-        if let Some(cloud) = &loaded.cloud
-            && !bounds.is_empty()
-        {
-            let reach = Vec3::splat(cloud.radius(&loaded.columns));
-            (bounds.lower, bounds.upper) = (bounds.lower - reach, bounds.upper + reach);
-        }
+        let bounds = bounds_of(loaded);
         let (center, radius) = sphere_around(&bounds);
         let rig = Self {
             offset: loaded.offset,

@@ -97,7 +97,7 @@ pub(super) const ZIP: &[u8] = b"PK\x03\x04";
 pub(super) const MAX_NAME: usize = 4096;
 
 /// The most triangles of a file that may place a shape many times: 2^22 plus eight for each of its `size` bytes, and at most
-/// 2^26. `size` includes the files that it names.
+/// 2^26. `size` includes the files that it names, and of an archive is not what inflates from it.
 #[cfg(any(feature = "gltf", feature = "threemf"))]
 pub(super) fn most_triangles(size: usize) -> usize {
     size.saturating_mul(8).saturating_add(1 << 22).min(1 << 26)

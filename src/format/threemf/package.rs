@@ -42,6 +42,8 @@ pub(super) struct Package<'a> {
     path: &'a Path,
     archive: ZipSliceArchive<&'a [u8]>,
     budget: &'a Budget,
+    /// The size of the archive, bytes.
+    size: usize,
     /// Entries by the [`key`] of their name.
     entries: HashMap<String, Entry>,
     /// The total size of the parts read so far, bytes.
@@ -76,6 +78,7 @@ impl<'a> Package<'a> {
             path,
             archive,
             budget,
+            size: bytes.len(),
             entries: HashMap::new(),
             read: 0,
             most: MAX_BYTES.min((bytes.len() as u64).saturating_mul(MAX_RATIO)),
@@ -119,9 +122,9 @@ impl<'a> Package<'a> {
         self.path
     }
 
-    /// The total size of the parts read so far, bytes.
+    /// The size of the archive, bytes. What inflates from it may be a thousand times larger, and mostly spaces.
     pub(super) fn size(&self) -> usize {
-        self.read as usize
+        self.size
     }
 
     /// The path that errors show for a part that [`Package::find`] has found.

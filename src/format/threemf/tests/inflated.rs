@@ -37,3 +37,35 @@ fn what_inflates_is_counted_before() {
     let error = read(&many, &Budget::new(100_000)).expect_err("these are too many");
     assert!(error.starts_with("a.3mf: loading takes"), "{error}");
 }
+
+#[test]
+fn spaces_do_not_allow_more_triangles() {
+    // 64 triangles, doubled 17 times.
+    let triangles = TWO
+        .replace("</triangles>", "")
+        .replace("<triangles>", "")
+        .repeat(32);
+    let doubled = |i: usize| {
+        let component = format!("<component objectid=\"{i}\"/>");
+        format!(
+            "<object id=\"{}\"><components>{component}{component}</components></object>",
+            i + 1
+        )
+    };
+    let model = format!(
+        "<model><resources><object id=\"1\"><mesh>{SQUARE}<triangles>{triangles}</triangles></mesh></object>{}</resources>\
+         <build><item objectid=\"18\"/></build><!--{}--></model>",
+        (1..18).map(doubled).collect::<String>(),
+        " ".repeat(5_000_000)
+    );
+    let bomb = archive([("3D/3dmodel.model", model.as_bytes())]);
+    let most = (1 << 22) + 8 * bomb.len();
+    assert_eq!(
+        read(&bomb, &Budget::unlimited()).map(|_| ()),
+        Err(format!(
+            "a.3mf: 8388608 triangles, counted once for each component that places them, expected at most {most} from {} \
+             bytes",
+            bomb.len()
+        ))
+    );
+}
