@@ -56,6 +56,8 @@ pub(super) struct Inverse {
     tangential: [f64; 2],
     /// The radius where the radial part stops being monotonic.
     end: f64,
+    /// A radius within which all of it is monotonic.
+    safe: f64,
 }
 
 /// The quotient `n / d` of a squared radius, and its derivative.
@@ -119,6 +121,7 @@ impl Inverse {
             divisor,
             tangential,
             end: most,
+            safe: 0.0,
         };
         let last = [inverse.derivative(), inverse.denominator()].map(|of| first_root(&of, most * most));
         let last = last[0].min(last[1]);
@@ -127,7 +130,22 @@ impl Inverse {
         while inverse.end * inverse.end > last {
             inverse.end = inverse.end.next_down();
         }
+        inverse.safe = inverse.safe();
         Ok(inverse)
+    }
+
+    /// A radius within which the distortion is monotonic: the tangential part's matrix is not larger than `6 |p| r`.
+    fn safe(&self) -> f64 {
+        let [p1, p2] = self.tangential;
+        if self.tangential == [0.0; 2] {
+            return self.end;
+        }
+        let radii = std::iter::successors(Some(1e-3), |r| Some(r * 1.05));
+        let is_safe = |r: &f64| {
+            let Quotient { value, slope } = self.quotient(r * r);
+            *r < self.end && value.min(value + 2.0 * r * r * slope) > 6.0 * p1.hypot(p2) * r
+        };
+        radii.take_while(is_safe).last().unwrap_or(0.0)
     }
 
     fn denominator(&self) -> Polynomial {
@@ -305,14 +323,15 @@ impl Inverse {
         let again = distorted.point;
         let difference = (again[0] - point[0]).abs().max((again[1] - point[1]).abs());
         let size = point[0].abs().max(point[1].abs()).max(1.0);
+        let s = x * x + y * y;
         difference <= Self::TOLERANCE * size
             && distorted.is_monotonic()
-            && x * x + y * y <= self.end * self.end
-            && (self.tangential == [0.0; 2] || self.is_monotonic_until(found))
+            && s <= self.end * self.end
+            && (s <= self.safe * self.safe || self.is_monotonic_until(found))
     }
 
     /// Whether the distortion is monotonic on the way from the axis to a point.
-    #[inline(always)]
+    #[cold]
     fn is_monotonic_until(&self, [x, y]: [f64; 2]) -> bool {
         (1..Self::PARTS).all(|part| {
             let share = f64::from(part) / f64::from(Self::PARTS);
