@@ -91,7 +91,7 @@ pub(super) fn parse(
     if reader.needs_light && !reader.has_lights {
         let is_dark = reader.seen.ambient.is_some();
         let consequence = if is_dark {
-            "its surfaces are black"
+            "nothing lights its surfaces"
         } else {
             "only ambient light reaches its surfaces"
         };

@@ -147,7 +147,7 @@ fn every_statement_and_key_has_an_example() {
 
 /// A scene with nothing that gives light is told, even if it says so itself.
 #[test]
-fn black_scenes_are_noted() {
+fn scenes_without_ambient_light_are_noted() {
     let notes = |text: &str| {
         let nothing: &mut dyn FnMut(&Path) -> std::io::Result<Vec<u8>> =
             &mut |_| Err(std::io::ErrorKind::NotFound.into());
@@ -157,7 +157,9 @@ fn black_scenes_are_noted() {
     let shape = "material 1\nsphere 0 0 0 1\n";
     assert_eq!(
         notes(&format!("{shape}ambient 0")),
-        ["a.scn: the scene has no light, so its surfaces are black; add a line such as `light 9 -4 10 0.7`"]
+        [
+            "a.scn: the scene has no light, so nothing lights its surfaces; add a line such as `light 9 -4 10 0.7`"
+        ]
     );
     for light in ["ambient 0\nlight 9 -4 10 0.7", "ambient 0.01"] {
         assert!(notes(&format!("{shape}{light}")).is_empty(), "{light}");

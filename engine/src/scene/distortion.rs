@@ -58,6 +58,10 @@ pub(super) struct Inverse {
     end: f64,
     /// A radius within which all of it is monotonic.
     safe: f64,
+    /// A radius beyond which it is not monotonic.
+    last: f64,
+    /// No point is farther from the axis after distortion.
+    reach: f64,
 }
 
 /// The quotient `n / d` of a squared radius, and its derivative.
@@ -122,6 +126,8 @@ impl Inverse {
             tangential,
             end: most,
             safe: 0.0,
+            last: 0.0,
+            reach: 0.0,
         };
         let last = [inverse.derivative(), inverse.denominator()].map(|of| first_root(&of, most * most));
         let last = last[0].min(last[1]);
@@ -130,22 +136,35 @@ impl Inverse {
         while inverse.end * inverse.end > last {
             inverse.end = inverse.end.next_down();
         }
-        inverse.safe = inverse.safe();
+        inverse.bound(most);
         Ok(inverse)
     }
 
-    /// A radius within which the distortion is monotonic: the tangential part's matrix is not larger than `6 |p| r`.
-    fn safe(&self) -> f64 {
+    /// Bounds of where the distortion is monotonic. The derivatives of its tangential part are at most `6 |p| r`.
+    fn bound(&mut self, most: f64) {
         let [p1, p2] = self.tangential;
-        if self.tangential == [0.0; 2] {
-            return self.end;
+        let size = p1.hypot(p2);
+        (self.safe, self.last) = (self.end, self.end);
+        if size > 0.0 {
+            let radii = || std::iter::successors(Some(1e-3), |r| Some(r * 1.05)).take_while(|r| *r < most);
+            // The least derivative of the radial part; not a number beyond a pole.
+            let least = |r: f64| {
+                let Quotient { value, slope } = self.quotient(r * r);
+                let has_pole = value_of(&self.denominator(), r * r) <= 0.0;
+                if has_pole {
+                    f64::NAN
+                } else {
+                    value.min(value + 2.0 * r * r * slope)
+                }
+            };
+            let safe = radii().take_while(|&r| least(r) > 6.0 * size * r).last();
+            let last = radii().take_while(|&r| least(r) > -6.0 * size * r).last();
+            self.safe = safe.unwrap_or(0.0);
+            self.last = (1.05 * last.unwrap_or(most)).min(most);
         }
-        let radii = std::iter::successors(Some(1e-3), |r| Some(r * 1.05));
-        let is_safe = |r: &f64| {
-            let Quotient { value, slope } = self.quotient(r * r);
-            *r < self.end && value.min(value + 2.0 * r * r * slope) > 6.0 * p1.hypot(p2) * r
-        };
-        radii.take_while(is_safe).last().unwrap_or(0.0)
+        // The radial part is the largest at its end.
+        let rim = self.end * self.quotient(self.end * self.end).value;
+        self.reach = rim + 3.0 * size * self.last * self.last;
     }
 
     fn denominator(&self) -> Polynomial {
@@ -217,7 +236,7 @@ impl Inverse {
     #[cold]
     fn followed(&self, point: [f64; 2]) -> Option<[f64; 2]> {
         let [mut x, mut y] = [[0.0]; 2];
-        if self.tangential == [0.0; 2] {
+        if self.tangential == [0.0; 2] || point[0].hypot(point[1]) > self.reach {
             return None;
         }
         for part in 1..=Self::PARTS {
@@ -326,7 +345,7 @@ impl Inverse {
         let s = x * x + y * y;
         difference <= Self::TOLERANCE * size
             && distorted.is_monotonic()
-            && s <= self.end * self.end
+            && s <= self.last * self.last
             && (s <= self.safe * self.safe || self.is_monotonic_until(found))
     }
 
