@@ -205,15 +205,14 @@ fn decode(known: &Known<'_>) -> Result<Made, String> {
     })
 }
 
-/// The image of a normal map, whose mean points less to a side than away from the surface, or of a height map.
+/// The image of a normal map, whose mean points away from the surface, or of a height map.
 fn normal_map(size: [u32; 2], mut pixels: Vec<[u8; 4]>) -> Result<Image, String> {
     if heights::is_grey(&pixels) {
         pixels = heights::normals(size, &pixels);
     }
     let image = Image::of_numbers(size, pixels).map_err(|error| error.to_string())?;
     let [red, green, blue, _] = image.mean();
-    let sideways = red.abs_diff(128).max(green.abs_diff(128));
-    if blue > sideways.saturating_add(140) {
+    if blue > red.max(green).saturating_add(16) {
         Ok(image)
     } else {
         Err("it is neither a normal map nor a grey height map".to_owned())
