@@ -22,7 +22,7 @@ const RADIUS: f32 = 0.65;
 /// Radius of points without neighbours, scene units.
 const ALONE: f32 = 0.5;
 
-/// Radius of lines, in diagonals of the box around all vertices.
+/// Radius of lines, in diagonals of the box around them.
 const LINES: f64 = 1.0 / 400.0;
 
 /// How many points a thread compares with all samples: they stay in its cache.
@@ -44,20 +44,29 @@ impl Cloud {
     /// Returns the radius of points and lines: as set, else from the positions, the same on every machine and any number of
     /// threads.
     ///
-    /// With lines, it is 1/400 of the diagonal of the box around all vertices. Of points alone, it is 0.65 times the median
-    /// distance to the third nearest neighbour (the nearest, if there are fewer) over 128 of them. Points at the same
-    /// position are no neighbours. Points that are all at one position get 0.5, or 1/1000 of their largest coordinate.
+    /// With lines, it is 1/400 of the diagonal of the box around these. Of points, and if no line has a length, it is 0.65
+    /// times the median distance to the third nearest neighbour (the nearest, if there are fewer) over 128 of them. Points at
+    /// the same position are no neighbours. Points that are all at one position get 0.5, or 1/1000 of their largest coordinate.
     #[must_use]
     pub fn radius(&self, points: &TriangleMesh) -> f32 {
-        let found = || {
-            if self.lines.is_empty() {
-                spacing(points).map(|distance| RADIUS * distance)
-            } else {
-                let radius = (LINES * diagonal(points)) as f32;
-                (radius > 0.0).then_some(radius)
-            }
-        };
+        let of_lines = || Some((LINES * self.diagonal(points)) as f32).filter(|radius| *radius > 0.0);
+        let of_points = || spacing(points).map(|distance| RADIUS * distance);
+        let found = || of_lines().or_else(of_points);
         self.radius.or_else(found).unwrap_or_else(|| alone(points))
+    }
+
+    /// The diagonal of the box around the lines; 0 without lines. Other points do not count: one far away would make the
+    /// lines thick.
+    fn diagonal(&self, points: &TriangleMesh) -> f64 {
+        let ends = || self.lines.iter().flatten();
+        let length = |column: &[f32]| {
+            let values = ends().filter_map(|&end| column.get(end as usize));
+            let [low, high] = values.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], &x| {
+                [low.min(x), high.max(x)]
+            });
+            (f64::from(high) - f64::from(low)).max(0.0)
+        };
+        DVec3::from([&points.x, &points.y, &points.z].map(|column| length(column))).length()
     }
 
     /// Adds spheres at the vertices, which are moved, and prisms around the lines to a scene. Other arrays are dropped.
@@ -97,24 +106,6 @@ fn spheres(points: TriangleMesh, each: f32) -> Result<SphereCloud, SceneError> {
         radius,
         colors,
     })
-}
-
-/// The diagonal of the box around all points.
-fn diagonal(points: &TriangleMesh) -> f64 {
-    let extent = |column: &[f32]| {
-        let ends = column
-            .iter()
-            .fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], &x| {
-                [low.min(x), high.max(x)]
-            });
-        f64::from(ends[1]) - f64::from(ends[0])
-    };
-    let box_of = [&points.x, &points.y, &points.z].map(|column| extent(column));
-    if points.x.is_empty() {
-        0.0
-    } else {
-        DVec3::from_array(box_of).length()
-    }
 }
 
 /// The radius of points without neighbours: large enough that rounding leaves a sphere.

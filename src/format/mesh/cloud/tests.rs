@@ -55,11 +55,12 @@ fn the_radius_of_lines_follows_their_box() {
         lines: vec![[0, 1]],
     };
     let radius = |positions: &[[f32; 3]]| lines.radius(&points(positions.iter().copied()));
-    assert_eq!(
-        radius(&[[1.0, 2.0, 3.0], [401.0, 2.0, 3.0], [9.0, 2.0, 3.0]]),
-        1.0
-    );
-    assert_eq!(radius(&[[1.0, 2.0, 3.0], [1.0, 2.0, 3.0]]), 0.5);
+    let start = [1.0, 2.0, 3.0];
+    assert_eq!(radius(&[start, [401.0, 2.0, 3.0], [9.0, 2.0, 3.0]]), 1.0);
+    // Points beside the lines do not count, unless no line has a length.
+    assert_eq!(radius(&[start, [401.0, 2.0, 3.0], [9e6; 3]]), 1.0);
+    assert_eq!(radius(&[start, start, [1.0, 2.0, 7.0]]), 0.65 * 4.0);
+    assert_eq!(radius(&[start, start]), 0.5);
     assert_eq!(radius(&[]), 0.5);
 }
 
