@@ -123,7 +123,7 @@ fn wrong_environments() {
         ("--environment sky.png --lit-from 1,0,0", 2, "cannot be used with"),
         (
             "--environment sky.png -o sky.png",
-            1,
+            2,
             "would replace a file of square.obj",
         ),
     ] {

@@ -117,12 +117,12 @@ fn files_of_a_scene_are_kept() {
             ("gltf.png", "g.gltf -o gltf.png", "a file of g.gltf;"),
             ("buffer.png", "g.gltf -o buffer.png", "a file of g.gltf, g.bin;"),
         ] {
-            keeps(&folder, file, &format!("{arguments}{force}"), 1, words);
+            keeps(&folder, file, &format!("{arguments}{force}"), 2, words);
         }
     }
     // From standard input.
     let run = folder.shell("\"$0\" - -o part.ppm < all.scn");
-    run.failed(1, "a file of -");
+    run.failed(2, "a file of -");
     assert!(read(&folder, "part.ppm").starts_with(b"light"));
     replaces(&folder, "bunny.png", "bunny.obj --force --quiet");
 }
@@ -136,7 +136,7 @@ fn a_picture_replaces_no_file_of_the_next_scene() {
     folder.write("c.scn", "include d.scn\n");
     folder.write("d.scn", "light 1 2 3 1\nsphere 0 0 0 1\ninclude b.png\n");
     let words = "b.png would replace a file of c.scn;";
-    keeps(&folder, "b.png", "b.scn c.scn --force", 1, words);
+    keeps(&folder, "b.png", "b.scn c.scn --force", 2, words);
     assert!(!folder.path("c.png").exists());
 }
 
@@ -213,7 +213,7 @@ fn json_files_are_no_files_of_the_scene() {
     for (file, scene) in [("all.scn", "the scene"), ("a.scn", "a file of all.scn")] {
         let before = read(&folder, file);
         let run = folder.run_line(&format!("bench all.scn {bench} {file}"));
-        assert_eq!(run.code, Some(1), "{run:?}");
+        assert_eq!(run.code, Some(2), "{run:?}");
         assert!(
             run.stderr.contains(&format!("{file} would replace {scene};")),
             "{run:?}"
@@ -227,7 +227,7 @@ fn json_files_are_no_files_of_the_scene() {
     }
     for arguments in ["all.scn", "info all.scn", "- < all.scn"] {
         let run = folder.shell(&format!("\"$0\" {arguments} --json a.scn"));
-        run.failed(1, "a.scn would replace a file of ");
+        run.failed(2, "a.scn would replace a file of ");
     }
 }
 
@@ -247,34 +247,33 @@ fn no_output_is_an_input() {
     folder.write("c.toml", "view = 1\n");
     fs::hard_link(folder.path("c.toml"), folder.path("c.depth.png")).unwrap();
     let kept = "n.depth.png";
-    for (file, arguments, code) in [
+    for (file, arguments) in [
         // A layer of its own reference.
-        (kept, "a.scn -o n.png --aov depth --compare n.depth.png", 2),
-        (kept, "a.scn -o n.png --aov depth --compare hard.png", 2),
-        (kept, "a.scn -o n.png --aov depth --compare soft.png", 2),
-        (kept, "a.scn -o here/n.png --aov depth --compare soft.png", 2),
+        (kept, "a.scn -o n.png --aov depth --compare n.depth.png"),
+        (kept, "a.scn -o n.png --aov depth --compare hard.png"),
+        (kept, "a.scn -o n.png --aov depth --compare soft.png"),
+        (kept, "a.scn -o here/n.png --aov depth --compare soft.png"),
         (
             kept,
             "a.scn -o ./here/n.png --aov depth --compare here/here/n.depth.png",
-            2,
         ),
-        (kept, "a.scn -o soft.png --compare hard.png", 2),
+        (kept, "a.scn -o soft.png --compare hard.png"),
         (
             kept,
             "a.scn -o d.png --compare hard.png --difference here/soft.png",
-            2,
         ),
-        (kept, "a.scn -o d.png --compare hard.png --json here/soft.png", 1),
-        ("c.toml", "a.scn -o c.png --aov depth --config c.toml", 2),
-        ("c.toml", "a.scn -o d.png --json c.depth.png --config c.toml", 1),
-        ("a.scn", "a.scn -o d.png --json here/a.scn", 1),
+        (kept, "a.scn -o d.png --compare hard.png --json here/soft.png"),
+        ("c.toml", "a.scn -o c.png --aov depth --config c.toml"),
+        ("c.toml", "a.scn -o d.png --json c.depth.png --config c.toml"),
+        ("a.scn", "a.scn -o d.png --json here/a.scn"),
+        ("a.scn", "a.scn -o d.png --save-poses here/a.scn"),
     ] {
         for force in ["", " --force"] {
             keeps(
                 &folder,
                 file,
                 &format!("{arguments}{force}"),
-                code,
+                2,
                 "would replace the ",
             );
         }
@@ -291,13 +290,13 @@ fn no_output_is_an_input() {
     // Standard input.
     fs::copy(folder.path("a.scn"), folder.path("in.png")).unwrap();
     fs::hard_link(folder.path("in.png"), folder.path("in.json")).unwrap();
-    for (arguments, code) in [
-        ("- -o in.png", 2),
-        ("- -o d.png --json in.json", 1),
-        ("info - --json in.json", 1),
+    for arguments in [
+        "- -o in.png",
+        "- -o d.png --json in.json",
+        "info - --json in.json",
     ] {
         let run = folder.shell(&format!("\"$0\" {arguments} < in.png"));
-        run.failed(code, "would replace the scene");
+        run.failed(2, "would replace the scene");
     }
     assert_eq!(read(&folder, "in.png"), read(&folder, "a.scn"));
 }
@@ -310,7 +309,7 @@ fn a_json_file_replaces_no_input_of_a_later_scene_and_no_output() {
     folder.write("broken.scn", "include part.inc\nbogus\n");
     for later in ["b.scn", "broken.scn"] {
         let line = format!("a.scn {later} -q -o {{stem}}.png --json part.inc");
-        keeps(&folder, "part.inc", &line, 1, "would replace");
+        keeps(&folder, "part.inc", &line, 2, "would replace");
     }
     for line in [
         "a.scn -o n.png --aov depth --json n.depth.png",
@@ -336,6 +335,6 @@ fn a_picture_replaces_no_texture_of_a_later_scene_though_octray_made_it() {
     );
     for mesh in ["b.obj", "b.ply"] {
         let line = format!("tex.scn {mesh} -q --samples 2");
-        keeps(&folder, "tex.png", &line, 1, "would replace");
+        keeps(&folder, "tex.png", &line, 2, "would replace");
     }
 }

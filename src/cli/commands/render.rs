@@ -199,8 +199,11 @@ impl Call<'_> {
     }
 
     fn check_inputs(&self, jobs: &[Job]) -> Result<(), CliError> {
-        self.inputs.check_json(self.plan.json.as_ref())?;
-        objection(jobs, &self.inputs).map_or(Ok(()), |objection| Err(CliError::Failed(objection)))
+        let poses = self.plan.save_poses.clone().map(JsonTarget::File);
+        for target in [self.plan.json.as_ref(), poses.as_ref()] {
+            self.inputs.check_json(target)?;
+        }
+        objection(jobs, &self.inputs).map_or(Ok(()), |objection| Err(CliError::Usage(objection)))
     }
 
     /// Renders the pictures of one scene, the first of the remaining ones.

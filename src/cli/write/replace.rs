@@ -88,7 +88,7 @@ impl Inputs {
     /// Refuses a file of JSON that would replace one of these.
     ///
     /// # Errors
-    /// [`CliError::Failed`].
+    /// [`CliError::Usage`].
     pub fn check_json(&self, target: Option<&JsonTarget>) -> Result<(), CliError> {
         let Some(JsonTarget::File(path)) = target else {
             return Ok(());
@@ -96,7 +96,7 @@ impl Inputs {
         let found = fs::metadata(path).ok();
         let found = found.and_then(|found| identity(path, &found));
         match found.and_then(|found| self.objection(&clip_path(path), &found)) {
-            Some(objection) => Err(CliError::Failed(objection)),
+            Some(objection) => Err(CliError::Usage(objection)),
             None => Ok(()),
         }
     }
