@@ -44,9 +44,9 @@ impl Cloud {
     /// Returns the radius of points and lines: as set, else from the positions, the same on every machine and any number of
     /// threads.
     ///
-    /// With lines, it is 1/400 of the diagonal of the box around these. Of points, and if no line has a length, it is 0.65 times the median
-    /// distance to the third nearest neighbour (the nearest, if there are fewer) over 128 of them. Points at the same
-    /// position are no neighbours. Points that are all at one position get 0.5, or 1/1000 of their largest coordinate.
+    /// With lines, it is 1/400 of the diagonal of the box around these. Of points, and if no line has a length, it is 0.65
+    /// times the median distance to the third nearest neighbour (the nearest, if there are fewer) over 128 of them. Points at
+    /// the same position are no neighbours. Points that are all at one position get 0.5, or 1/1000 of their largest coordinate.
     #[must_use]
     pub fn radius(&self, points: &TriangleMesh) -> f32 {
         let of_lines = || Some((LINES * self.diagonal(points)) as f32).filter(|radius| *radius > 0.0);
@@ -55,8 +55,8 @@ impl Cloud {
         self.radius.or_else(found).unwrap_or_else(|| alone(points))
     }
 
-    /// The diagonal of the box around the lines; 0 without lines. Other points do not count: one far away would make the lines
-    /// thick.
+    /// The diagonal of the box around the lines; 0 without lines. Other points do not count: one far away would make the
+    /// lines thick.
     fn diagonal(&self, points: &TriangleMesh) -> f64 {
         let ends = || self.lines.iter().flatten();
         let length = |column: &[f32]| {
