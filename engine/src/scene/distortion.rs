@@ -145,26 +145,29 @@ impl Inverse {
         let [p1, p2] = self.tangential;
         let size = p1.hypot(p2);
         (self.safe, self.last) = (self.end, self.end);
+        let mut rim = self.end * self.quotient(self.end * self.end).value;
         if size > 0.0 {
-            let radii = || std::iter::successors(Some(1e-3), |r| Some(r * 1.05)).take_while(|r| *r < most);
-            // The least derivative of the radial part; not a number beyond a pole.
-            let least = |r: f64| {
+            (self.safe, self.last) = (0.0, most);
+            let mut is_safe = true;
+            let mut r = 1e-3;
+            while r < most {
                 let Quotient { value, slope } = self.quotient(r * r);
+                let least = value.min(value + 2.0 * r * r * slope);
                 let has_pole = value_of(&self.denominator(), r * r) <= 0.0;
-                if has_pole {
-                    f64::NAN
-                } else {
-                    value.min(value + 2.0 * r * r * slope)
+                if has_pole || least <= -6.0 * size * r {
+                    self.last = r;
+                    break;
                 }
-            };
-            let safe = radii().take_while(|&r| least(r) > 6.0 * size * r).last();
-            let last = radii().take_while(|&r| least(r) > -6.0 * size * r).last();
-            self.safe = safe.unwrap_or(0.0);
-            self.last = (1.05 * last.unwrap_or(most)).min(most);
+                is_safe &= least > 6.0 * size * r;
+                if is_safe {
+                    self.safe = r;
+                }
+                rim = rim.max(r * value);
+                r *= 1.05;
+            }
         }
-        // The radial part is the largest at its end.
-        let rim = self.end * self.quotient(self.end * self.end).value;
-        self.reach = rim + 3.0 * size * self.last * self.last;
+        // The radial part may be a little larger between two radii.
+        self.reach = 1.1 * rim + 3.0 * size * self.last * self.last;
     }
 
     fn denominator(&self) -> Polynomial {
