@@ -71,12 +71,12 @@ impl Step {
     }
 }
 
-/// Interpolates two rotations: about the same axis, or opposite ones, the angles, which may be several turns, else by slerp
-/// (Shoemake, *Animating Rotation with Quaternion Curves*, 1985).
 fn unit_or_zero(vector: DVec3) -> DVec3 {
     math::moderate(vector).normalize_or_zero()
 }
 
+/// Interpolates two rotations: about the same axis, or opposite ones, the angles, which may be several turns, else by slerp
+/// (Shoemake, *Animating Rotation with Quaternion Curves*, 1985).
 fn rotation_between(
     (axis, degrees): (DVec3, f64),
     (next_axis, next_degrees): (DVec3, f64),

@@ -6,7 +6,7 @@ use crate::error::SceneError;
 /// An image whose red says which share of ambient light and of the environment reaches a surface, made by
 /// [`Image::of_numbers`](super::Image::of_numbers).
 ///
-/// It does not change the light of lamps, what mirrors show, and emission. Only triangles with texture coordinates use it.
+/// It does not change the light of lamps, what mirrors show, or emission. Only triangles with texture coordinates use it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OcclusionMap {
     /// The image.

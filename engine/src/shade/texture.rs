@@ -1,5 +1,5 @@
-//! Textures, ray by ray: factors of base colours and highlights, emitted light, occlusion and normals. Only scenes with textures run
-//! this pass.
+//! Textures, ray by ray: factors of base colours and highlights, emitted light, occlusion and normals. Only scenes with
+//! textures run this pass.
 
 use super::{
     queue::{HitQueue, RayQueue},

@@ -106,7 +106,7 @@ pub struct MeshArgs {
     #[arg(long, value_name = "DIAMETER", value_parser = values::diameter, allow_negative_numbers = true)]
     pub point_size: Option<f32>,
 
-    /// Show a glTF file in the pose of this animation, by name or number; octray render plays it with -o a.gif or
+    /// Show a glTF file in the pose of this animation, by name or number. octray render plays it with -o a.gif or
     /// a-#.png [default: the stored pose; the first animation with --animation-time, a.gif or #]
     #[arg(long, value_name = "NAME")]
     pub animation: Option<String>,

@@ -24,9 +24,11 @@ pub struct TriangleMesh {
     pub colors: Vec<[f32; 3]>,
     /// Texture coordinates of each vertex, as [`Vertices::uvs`](crate::scene::Vertices::uvs), or empty.
     pub uvs: Vec<[f32; 2]>,
-    /// One tangent per vertex for normal maps, or empty: x, y, z, of any length, point to where the image's right is. w is above
-    /// 0 if the image's top is along the cross product of normal and tangent, below 0 if it is opposite. Zero: none. A
-    /// triangle without tangents at all three corners, or with different signs of w, takes its own from its texture coordinates.
+    /// One tangent per vertex for normal maps, or empty. x, y, z, of any length (zero: none), point to the image's right. w is
+    /// above 0 if the cross product of normal and tangent points to the image's top, and below 0 if it points away.
+    ///
+    /// A triangle that lacks one at a corner, or whose corners have different signs of w, takes its own from its texture
+    /// coordinates.
     pub tangents: Vec<[f32; 4]>,
     /// Vertex indices of each triangle, 0-based.
     pub triangles: Vec<[u32; 3]>,

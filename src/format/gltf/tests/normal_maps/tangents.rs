@@ -71,7 +71,7 @@ fn nodes_and_instances() {
     assert_eq!(tangents(&json, Sharing::Always), [SLANTED; 6]);
 }
 
-/// Only those that count are kept: with a normal map, normals and as many as positions.
+/// Tangents need a normal map, normals, and the number of positions.
 #[test]
 fn tangents_that_do_not_count() {
     let still = r#""nodes":[{"mesh":0}],
