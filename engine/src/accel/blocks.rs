@@ -8,10 +8,12 @@
 // Tuned: see docs/lab-notes.md#indexed-blocks
 
 use crate::{
-    geometry::{IndexedBlock, SphereBlock, TriangleBlock, TriangleLeaf as _},
+    geometry::{IndexedBlock, TriangleBlock},
     lanes::LANES,
     scene::Scene,
+    simd::{Simd, TriangleLanes, Vec3Lanes},
 };
+use glam::Vec3;
 
 /// Selects how triangles are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -106,25 +108,51 @@ impl TriangleBlocks {
             Self::Indexed(blocks) => std::array::from_fn(|lane| blocks[i].id(lane)),
         }
     }
-}
 
-/// All leaf blocks, triangles in the layout that kernels are compiled for.
-#[derive(Debug)]
-pub struct LeafBlocks<'a, B> {
-    /// By [`Child::index`](super::Child::index).
-    pub triangles: &'a [B],
-    /// By [`Child::index`](super::Child::index), too.
-    pub spheres: &'a [SphereBlock],
-}
-
-impl<B> Clone for LeafBlocks<'_, B> {
+    /// Returns the id of triangle `lane` of block `i`, as the raw value of [`PrimitiveId`](crate::ray::PrimitiveId).
     #[inline(always)]
-    fn clone(&self) -> Self {
-        *self
+    pub(crate) fn id(&self, [i, lane]: [usize; 2]) -> u32 {
+        match self {
+            Self::Whole(blocks) => blocks[i].id[lane % LANES],
+            Self::Indexed(blocks) => blocks[i].id(lane),
+        }
+    }
+
+    /// Returns the corners of triangle `lane` of block `i`.
+    pub(crate) fn triangle(&self, [i, lane]: [usize; 2]) -> [Vec3; 3] {
+        match self {
+            Self::Whole(blocks) => blocks[i].triangle(lane),
+            Self::Indexed(blocks) => blocks[i].triangle(lane),
+        }
+    }
+
+    /// Returns block `i`, unpacked into `room` if it is indexed.
+    #[inline(always)]
+    pub(crate) fn whole<'a, S: Simd>(
+        &'a self,
+        simd: S,
+        i: usize,
+        room: &'a mut Option<TriangleBlock>,
+    ) -> &'a TriangleBlock {
+        match self {
+            Self::Whole(blocks) => &blocks[i],
+            Self::Indexed(blocks) => room.insert(blocks[i].whole(simd)),
+        }
+    }
+
+    /// Returns first, second and third corners: of two blocks in vectors of sixteen lanes, else of the first.
+    #[inline(always)]
+    pub(crate) fn corners<V: TriangleLanes>(
+        &self,
+        simd: V::Simd,
+        [low, high]: [usize; 2],
+    ) -> [Vec3Lanes<V>; 3] {
+        match self {
+            Self::Whole(blocks) => TriangleBlock::corners(simd, [&blocks[low], &blocks[high]]),
+            Self::Indexed(blocks) => IndexedBlock::corners(simd, [&blocks[low], &blocks[high]]),
+        }
     }
 }
-
-impl<B> Copy for LeafBlocks<'_, B> {}
 
 #[cfg(test)]
 mod tests;

@@ -28,7 +28,7 @@ mod split;
 mod tree;
 
 pub use binary::{BinaryBvh, BinaryInstances, BinaryNode};
-pub use blocks::{Layout, LeafBlocks, TriangleBlocks};
+pub use blocks::{Layout, TriangleBlocks};
 pub(crate) use instances::Instanced;
 pub use node::{Child, Node8};
 pub(crate) use prefetch::{Places, prefetch, prefetch_for_later};

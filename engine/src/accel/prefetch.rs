@@ -4,44 +4,45 @@
     reason = "prefetching has no safe name; see docs/lab-notes.md#prefetch-nodes"
 )]
 
-use super::{Bvh, Child, LeafBlocks};
-use crate::geometry::TriangleLeaf;
-use std::marker::PhantomData;
+use super::{Bvh, Child, TriangleBlocks};
 
-/// The address and size of each [kind](Child::kind) of child, to prefetch without a branch on the kind. `B` are the
-/// blocks of triangles.
+/// The address and size of each [kind](Child::kind) of child, to prefetch without a branch on the kind.
 #[derive(Debug)]
-pub(crate) struct Places<B>([(*const u8, usize); 4], PhantomData<B>);
+pub(crate) struct Places([(*const u8, usize); 4]);
 
 impl Bvh {
-    /// Creates it for a hierarchy's nodes and blocks.
+    /// Creates it for the hierarchy's nodes and blocks.
     #[inline(always)]
     #[must_use]
-    pub(crate) fn places<B: TriangleLeaf>(&self, blocks: LeafBlocks<'_, B>) -> Places<B> {
+    pub(crate) fn places(&self) -> Places {
         fn of<T>(column: &[T]) -> (*const u8, usize) {
             (column.as_ptr().cast(), size_of::<T>())
         }
-        let places = [
+        let triangles = match self.triangle_blocks() {
+            TriangleBlocks::Whole(blocks) => of(blocks),
+            TriangleBlocks::Indexed(blocks) => of(blocks),
+        };
+        Places([
             of(self.nodes()),
-            of(blocks.triangles),
-            of(blocks.spheres),
+            triangles,
+            of(self.sphere_blocks()),
             of::<u8>(&[]),
-        ];
-        Places(places, PhantomData)
+        ])
     }
 }
 
-impl<B: TriangleLeaf> Places<B> {
-    /// Prefetches the memory of `child`, which will be visited soon: five cache lines, whatever it is.
+impl Places {
+    /// Prefetches the memory of `child`, which will be visited soon: as many cache lines as a block of triangles has, whatever
+    /// it is.
     // Tuned: see docs/lab-notes.md#prefetch-nodes
     #[inline(always)]
     pub fn prefetch(&self, child: Child) {
         #[cfg(target_arch = "x86_64")]
         {
             use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-            let (base, size) = self.0[child.kind()];
+            let ((base, size), (_, of_block)) = (self.0[child.kind()], self.0[1]);
             let start = base.wrapping_add(child.index() * size);
-            for offset in [0, 64, 128, 192, size_of::<B>() - 64] {
+            for offset in [0, 64, 128, 192, of_block - 64] {
                 // SAFETY: a prefetch reads nothing and never faults.
                 unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(offset).cast()) };
             }

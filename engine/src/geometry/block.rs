@@ -22,25 +22,11 @@ pub struct TriangleBlock {
     pub id: [u32; LANES],
 }
 
-/// A leaf block of up to eight triangles, in any layout.
-pub(crate) trait TriangleLeaf: Sized {
+impl TriangleBlock {
     /// Returns first, second and third corners: of two blocks in vectors of sixteen lanes, else of the first.
-    #[must_use]
-    fn corners<V: TriangleLanes>(simd: V::Simd, blocks: [&Self; 2]) -> [Vec3Lanes<V>; 3];
-    /// Returns the block as a structure of arrays, unpacked into `room` if necessary.
-    #[must_use]
-    fn whole<'a, S: Simd>(&'a self, simd: S, room: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock;
-    /// Returns the id of triangle `lane`, as the raw value of [`PrimitiveId`].
-    #[must_use]
-    fn id(&self, lane: usize) -> u32;
-    /// Returns the corners of triangle `lane`.
-    #[must_use]
-    fn triangle(&self, lane: usize) -> [Vec3; 3];
-}
-
-impl TriangleLeaf for TriangleBlock {
     #[inline(always)]
-    fn corners<V: TriangleLanes>(simd: V::Simd, [low, high]: [&Self; 2]) -> [Vec3Lanes<V>; 3] {
+    #[must_use]
+    pub(crate) fn corners<V: TriangleLanes>(simd: V::Simd, [low, high]: [&Self; 2]) -> [Vec3Lanes<V>; 3] {
         [
             Vec3Lanes::join(simd, &low.v0, &high.v0),
             Vec3Lanes::join(simd, &low.v1, &high.v1),
@@ -48,22 +34,12 @@ impl TriangleLeaf for TriangleBlock {
         ]
     }
 
-    #[inline(always)]
-    fn whole<'a, S: Simd>(&'a self, _: S, _: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock {
-        self
-    }
-
-    #[inline(always)]
-    fn id(&self, lane: usize) -> u32 {
-        self.id[lane % LANES]
-    }
-
-    fn triangle(&self, lane: usize) -> [Vec3; 3] {
+    /// Returns the corners of triangle `lane`.
+    #[must_use]
+    pub fn triangle(&self, lane: usize) -> [Vec3; 3] {
         [self.v0.lane(lane), self.v1.lane(lane), self.v2.lane(lane)]
     }
-}
 
-impl TriangleBlock {
     /// Creates a block of `triangles` (id and corners), at most eight.
     #[must_use]
     pub fn new(triangles: &[(PrimitiveId, [Vec3; 3])]) -> Self {

@@ -2,7 +2,7 @@
 //!
 //!   one cache line per axis:  12 coordinates | 3 ids | 8 x 4 bits: first (second, third) corners
 
-use super::{TriangleBlock, TriangleLeaf};
+use super::TriangleBlock;
 use crate::{
     lanes::{LANES, Vec3x8},
     ray::PrimitiveId,
@@ -105,11 +105,11 @@ impl IndexedBlock {
             S::V8::picked8(simd, z, places).to8(),
         )
     }
-}
 
-impl TriangleLeaf for IndexedBlock {
+    /// Returns first, second and third corners: of two blocks in vectors of sixteen lanes, else of the first.
     #[inline(always)]
-    fn corners<V: TriangleLanes>(simd: V::Simd, [low, high]: [&Self; 2]) -> [Vec3Lanes<V>; 3] {
+    #[must_use]
+    pub(crate) fn corners<V: TriangleLanes>(simd: V::Simd, [low, high]: [&Self; 2]) -> [Vec3Lanes<V>; 3] {
         let ([x0, y0, z0], [x1, y1, z1]) = (low.axes(), high.axes());
         let ([a0, b0, c0], [a1, b1, c1]) = (low.places(), high.places());
         let (a, b, c) = ([a0, a1], [b0, b1], [c0, c1]);
@@ -132,26 +132,32 @@ impl TriangleLeaf for IndexedBlock {
         ]
     }
 
+    /// Returns the block with whole triangles.
     #[inline(always)]
-    fn whole<'a, S: Simd>(&'a self, simd: S, room: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock {
+    #[must_use]
+    pub(crate) fn whole<S: Simd>(&self, simd: S) -> TriangleBlock {
         let ([a, b, c], [x, y, z]) = (self.places(), &self.lines);
-        room.insert(TriangleBlock {
+        TriangleBlock {
             v0: self.corner(simd, a),
             v1: self.corner(simd, b),
             v2: self.corner(simd, c),
             id: [
                 x.ids[0], x.ids[1], x.ids[2], y.ids[0], y.ids[1], y.ids[2], z.ids[0], z.ids[1],
             ],
-        })
+        }
     }
 
+    /// Returns the id of triangle `lane`, as the raw value of [`PrimitiveId`].
     #[inline(always)]
-    fn id(&self, lane: usize) -> u32 {
+    #[must_use]
+    pub fn id(&self, lane: usize) -> u32 {
         let lane = lane % LANES;
         self.lines[lane / 3].ids[lane % 3]
     }
 
-    fn triangle(&self, lane: usize) -> [Vec3; 3] {
+    /// Returns the corners of triangle `lane`.
+    #[must_use]
+    pub fn triangle(&self, lane: usize) -> [Vec3; 3] {
         let [x, y, z] = &self.lines;
         let corner = |line: &Line| {
             let vertex = (line.corners >> (4 * lane)) as usize & 15;

@@ -17,7 +17,6 @@ mod sphere;
 mod triangle;
 
 pub use block::TriangleBlock;
-pub(crate) use block::TriangleLeaf;
 pub use bounds::padded;
 pub(crate) use bounds::{ENTRY_SCALE, EXIT_SCALE, Slabs, interval};
 pub(crate) use doubt::{meets, starts_on_planes};

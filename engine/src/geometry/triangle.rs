@@ -13,7 +13,7 @@
 // Tried: see docs/lab-notes.md#edge-functions-in-f64
 
 use super::{
-    TriangleBlock, TriangleLeaf,
+    TriangleBlock,
     bounds::{Slabs, pad},
     doubt::meets,
 };

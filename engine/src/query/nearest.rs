@@ -5,8 +5,8 @@
 //! bits and the lower id wins.
 
 use crate::{
-    accel::{Bvh, Child, Node8, TriangleBlocks},
-    geometry::{TriangleBlock, TriangleLeaf},
+    accel::{Bvh, Child, Node8},
+    geometry::TriangleBlock,
     ray::PrimitiveId,
     simd::{EightLanes, LaneMask, Lanes, Level, Simd, Vec3Lanes, at_level, unpack},
 };
@@ -129,20 +129,13 @@ pub(super) fn closest(level: Level, bvh: &Bvh, point: DVec3, near: Option<DVec3>
 fn search(level: Level, bvh: &Bvh, mut search: Search) -> Option<ClosestPoint> {
     let mut stack = STACK.take();
     stack.clear();
-    match bvh.triangle_blocks() {
-        TriangleBlocks::Whole(blocks) => {
-            at_level!(level, |simd| walk(simd, bvh, blocks, &mut search, &mut stack));
-        }
-        TriangleBlocks::Indexed(blocks) => {
-            at_level!(level, |simd| walk(simd, bvh, blocks, &mut search, &mut stack));
-        }
-    }
+    at_level!(level, |simd| walk(simd, bvh, &mut search, &mut stack));
     STACK.set(stack);
     (search.best.primitive != PrimitiveId::NONE).then_some(search.best)
 }
 
 #[inline(always)]
-fn walk<S: Simd, B: TriangleLeaf>(simd: S, bvh: &Bvh, blocks: &[B], search: &mut Search, stack: &mut Stack) {
+fn walk<S: Simd>(simd: S, bvh: &Bvh, search: &mut Search, stack: &mut Stack) {
     let point = simd.splat3(search.point.as_vec3());
     let mut child = bvh.root();
     loop {
@@ -157,7 +150,7 @@ fn walk<S: Simd, B: TriangleLeaf>(simd: S, bvh: &Bvh, blocks: &[B], search: &mut
             }
         } else if child.is_triangles() {
             let mut room = None;
-            let block = blocks[child.index()].whole(simd, &mut room);
+            let block = bvh.triangle_blocks().whole(simd, child.index(), &mut room);
             triangles(simd, block, child, point, search);
         } else {
             let block = &bvh.sphere_blocks()[child.index()];

@@ -10,8 +10,8 @@ use super::{
     unit::UnitPacket,
 };
 use crate::{
-    accel::{Bvh, Child, TriangleBlocks},
-    geometry::{TriangleLeaf, starts_on_planes},
+    accel::{Bvh, Child},
+    geometry::starts_on_planes,
     lanes::LANES,
     math::orientation::{Row, point, sign},
     ray::PrimitiveId,
@@ -125,22 +125,16 @@ fn each_around<S: Simd>(
                     .map(|lane| node.child[lane]),
             );
         } else if child.is_triangles() {
-            match bvh.triangle_blocks() {
-                TriangleBlocks::Whole(blocks) => of_leaf(&blocks[child.index()], child, bvh, take),
-                TriangleBlocks::Indexed(blocks) => of_leaf(&blocks[child.index()], child, bvh, take),
-            }
+            of_leaf(child, bvh, take);
         }
     }
 }
 
-fn of_leaf<B: TriangleLeaf>(
-    block: &B,
-    child: Child,
-    bvh: &Bvh,
-    take: &mut impl FnMut(PrimitiveId, [Vec3; 3]),
-) {
+fn of_leaf(child: Child, bvh: &Bvh, take: &mut impl FnMut(PrimitiveId, [Vec3; 3])) {
+    let blocks = bvh.triangle_blocks();
     for lane in 0..child.count() {
-        let (id, corners) = (PrimitiveId(block.id(lane)), block.triangle(lane));
+        let triangle = [child.index(), lane];
+        let (id, corners) = (PrimitiveId(blocks.id(triangle)), blocks.triangle(triangle));
         take(id, corners);
         for &[_, equal] in repeats_of(bvh.repeats(), id) {
             take(equal, corners);

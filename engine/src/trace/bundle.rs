@@ -23,8 +23,7 @@ use super::{
     stack::{DeferredLeaves, Entry, Limits},
 };
 use crate::{
-    accel::{LeafBlocks, Node8},
-    geometry::TriangleLeaf,
+    accel::Node8,
     lanes::{F32x8, LANES},
     simd::{EightLanes, LaneMask, Lanes, Memory, REGISTER_LANES, Simd, TriangleLanes, unpack},
 };
@@ -58,10 +57,9 @@ impl<V: Lanes> Culling<'_, V> {
 impl Tracer<'_> {
     /// Traces `packets` through the whole tree; rays that diverge from the others become single-ray `tasks`.
     #[inline(always)]
-    pub(super) fn traverse_bundle<B: TriangleLeaf, V: RayLanes, O: RayOrigins, const ANY: bool>(
+    pub(super) fn traverse_bundle<V: RayLanes, O: RayOrigins, const ANY: bool>(
         &mut self,
         simd: V::Simd,
-        blocks: LeafBlocks<'_, B>,
         packets: u32,
         culling: &Culling<'_, V>,
     ) {
@@ -72,7 +70,7 @@ impl Tracer<'_> {
                 // A separate call, as in `trace`.
                 simd.call(
                     #[inline(always)]
-                    || self.push_children::<B, V, O>(simd, blocks, entry, culling, packets, limits),
+                    || self.push_children::<V, O>(simd, entry, culling, packets, limits),
                 );
             }
             _ => self.bundle_stack.push(Entry {
@@ -82,8 +80,8 @@ impl Tracer<'_> {
             }),
         }
         let mut deferred = DeferredLeaves::EMPTY;
-        while let Some(leaf) = self.next_leaf::<B, V, O>(simd, blocks, culling, &mut deferred, limits) {
-            let taken = O::visit_leaf::<B, V, ANY>(self, simd, blocks, leaf, &mut deferred, culling, limits);
+        while let Some(leaf) = self.next_leaf::<V, O>(simd, culling, &mut deferred, limits) {
+            let taken = O::visit_leaf::<V, ANY>(self, simd, leaf, &mut deferred, culling, limits);
             if ANY {
                 // Without a branch on which packets these are.
                 limits.end(taken);
@@ -121,10 +119,9 @@ impl Tracer<'_> {
 
     /// Descends to the next leaf that some packets reach.
     #[inline(always)]
-    fn next_leaf<B: TriangleLeaf, V: RayLanes, O: RayOrigins>(
+    fn next_leaf<V: RayLanes, O: RayOrigins>(
         &mut self,
         simd: V::Simd,
-        blocks: LeafBlocks<'_, B>,
         culling: &Culling<'_, V>,
         deferred: &mut DeferredLeaves,
         limits: Limits<V>,
@@ -140,7 +137,7 @@ impl Tracer<'_> {
                     }
                     if entry.child.is_inner() {
                         let node = &self.bvh.nodes()[entry.child.index()];
-                        self.push_children::<B, V, O>(simd, blocks, node, culling, packets, limits);
+                        self.push_children::<V, O>(simd, node, culling, packets, limits);
                         deferred.pop()
                     } else if !O::ARE_SHARED {
                         return Some(entry);
@@ -162,10 +159,9 @@ impl Tracer<'_> {
 
     /// Pushes the children that some of `packets` may hit, nearest last.
     #[inline(always)]
-    fn push_children<B: TriangleLeaf, V: RayLanes, O: RayOrigins>(
+    fn push_children<V: RayLanes, O: RayOrigins>(
         &mut self,
         simd: V::Simd,
-        blocks: LeafBlocks<'_, B>,
         node: &Node8,
         culling: &Culling<'_, V>,
         packets: u32,
@@ -211,7 +207,7 @@ impl Tracer<'_> {
                 near8 = nearest8::<V>(simd, node, &pairs, &self.scratch.of::<V>().packets);
             }
         }
-        let places = self.bvh.places(blocks);
+        let places = self.bvh.places();
         let (order, count) = near8.nearest_last(chosen);
         for &entry in order.iter().take(count) {
             let (q_near, c) = unpack(entry);

@@ -16,8 +16,7 @@ use super::{
     sink::ResultSink,
 };
 use crate::{
-    accel::{LeafBlocks, Node8, prefetch_for_later},
-    geometry::TriangleLeaf,
+    accel::{Node8, prefetch_for_later},
     lanes::{F32x8, LANES, Vec3x8},
     ray::RayPacket,
     simd::Simd,
@@ -111,10 +110,9 @@ impl Tracer<'_> {
     /// Traces a group bundle by bundle. Has only one call of [`trace`](Self::trace), which inlines all of traversal.
     // Tuned: see docs/lab-notes.md#one-traversal
     #[inline(always)]
-    pub(super) fn trace_group<B: TriangleLeaf, V: RayLanes, A: ResultSink, O: RayOrigins, const ANY: bool>(
+    pub(super) fn trace_group<V: RayLanes, A: ResultSink, O: RayOrigins, const ANY: bool>(
         &mut self,
         simd: V::Simd,
-        blocks: LeafBlocks<'_, B>,
         rays: &[RayPacket],
         origins: &[Vec3x8],
         group: &Group<'_>,
@@ -178,7 +176,7 @@ impl Tracer<'_> {
             if filled == 0 {
                 break;
             }
-            self.trace::<B, V, O, ANY>(simd, blocks, filled, group.entry);
+            self.trace::<V, O, ANY>(simd, filled, group.entry);
             let packets = &self.scratch.of::<V>().packets;
             for (p, packet) in packets.iter().enumerate() {
                 results.scatter(simd, start, packet, part(bundle, p, V::COUNT));
@@ -191,10 +189,9 @@ impl Tracer<'_> {
 
     /// Traces the first `count` packets.
     #[inline(always)]
-    fn trace<B: TriangleLeaf, V: RayLanes, O: RayOrigins, const ANY: bool>(
+    fn trace<V: RayLanes, O: RayOrigins, const ANY: bool>(
         &mut self,
         simd: V::Simd,
-        blocks: LeafBlocks<'_, B>,
         count: usize,
         entry: Option<&Node8>,
     ) {
@@ -237,14 +234,14 @@ impl Tracer<'_> {
                     || scratch.see_apart(simd, packets, &culling),
                 );
             }
-            self.traverse_bundle::<B, V, O, ANY>(simd, blocks, packets, &culling);
+            self.traverse_bundle::<V, O, ANY>(simd, packets, &culling);
         }
         let is_small = CoherencePolicy::is_small(count);
         self.policy
             .end_bundle(kind, count * V::COUNT, self.tasks.len(), is_single, is_small);
         simd.call(
             #[inline(always)]
-            || self.trace_tasks::<B, V, ANY>(simd, blocks),
+            || self.trace_tasks::<V, ANY>(simd),
         );
     }
 

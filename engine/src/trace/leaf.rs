@@ -10,8 +10,8 @@
 
 use super::{PACKETS, bits, bits64, bundle::Culling, origins::Shared, rays::Packet, spheres::spheres};
 use crate::{
-    accel::{Child, LeafBlocks},
-    geometry::{EdgeFunctions, TriangleLeaf, TriangleTest, meets, padded_boxes, weights},
+    accel::{Bvh, Child, TriangleBlocks},
+    geometry::{EdgeFunctions, TriangleTest, meets, padded_boxes, weights},
     lanes::LANES,
     simd::{Column, EightLanes, LaneMask, Lanes, Memory, REGISTER_LANES, TriangleLanes, Vec3Lanes},
 };
@@ -148,25 +148,22 @@ impl Functions {
 /// triangles outside the frustum and packets that miss a triangle are dropped. Returns the packets that may have taken a
 /// hit, in occlusion those that are done.
 #[inline(always)]
-pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
+pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
     simd: V::Simd,
-    blocks: LeafBlocks<'_, B>,
+    bvh: &Bvh,
     leaves: Leaves,
     culling: &Culling<'_, V>,
     states: &mut [Packet<V::Memory>; PACKETS],
 ) -> u32 {
     let Leaves { child, packets } = leaves;
     if !child[0].is_triangles() {
-        let block = &blocks.spheres[child[0].index()];
+        let block = &bvh.sphere_blocks()[child[0].index()];
         return spheres::<V, Shared, ANY>(simd, block, child[0].count_bits(), culling, packets[0], states);
     }
-    let blocks = [
-        &blocks.triangles[child[0].index()],
-        &blocks.triangles[child[1].index()],
-    ];
+    let (at, blocks) = (child.map(Child::index), bvh.triangle_blocks());
     let [x, y, z] = &states[0].origin;
     let origin = Vec3Lanes::splat(simd, Vec3::new(x.place(0), y.place(0), z.place(0)));
-    let corners = B::corners::<V::Triangles>(simd, blocks);
+    let corners = blocks.corners::<V::Triangles>(simd, at);
     let edges = EdgeFunctions::new(&corners, origin);
     let packets = packets[0] | packets[1];
     let mut triangles = leaves.slots();
@@ -204,7 +201,7 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
         let d = Vec3Lanes::<V>::load(simd, &state.direction);
         let interval = interval::<V>(state, slot(simd, &first, i), slot(simd, &last, i), culling);
         let test = functions.test(d, i, interval);
-        let hit = hit::<B, V, ANY>(state, blocks[i / LANES % 2], i % LANES, &test);
+        let hit = hit::<V, ANY>(state, blocks, [at[i / LANES % 2], i % LANES], &test);
         taken |= u32::from(hit) << p;
     }
     taken
@@ -295,14 +292,14 @@ pub(super) fn interval<V: Lanes>(
     }
 }
 
-/// Completes the canonical test of triangle `i` of a block. Returns whether a lane may have taken a hit, in occlusion
+/// Completes the canonical test of a triangle: a block's index and a lane. Returns whether a lane may have taken a hit, in occlusion
 /// whether all lanes are done.
 // Tuned: see docs/lab-notes.md#occlusion-without-branches
 #[inline(always)]
-pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
+pub(super) fn hit<V: Lanes, const ANY: bool>(
     state: &mut Packet<V::Memory>,
-    block: &B,
-    i: usize,
+    blocks: &TriangleBlocks,
+    triangle: [usize; 2],
     test: &TriangleTest<V>,
 ) -> bool {
     let (t, simd) = (test.t, test.t.simd());
@@ -317,7 +314,7 @@ pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
         for (column, value) in columns.iter_mut().zip([u, v, w, t, near, far]) {
             value.store(column);
         }
-        let taken = unsure::<B, V::Memory, ANY>(state, block, i, hit.bits(), candidates, &columns);
+        let taken = unsure::<V::Memory, ANY>(state, (blocks, triangle), hit.bits(), candidates, &columns);
         return if ANY {
             state.live_bits::<V>(simd) == 0
         } else {
@@ -328,7 +325,7 @@ pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
         return state.block::<V>(simd, hit);
     }
     if candidates != 0 {
-        state.offer::<V>(hit, t, block.id(i), test.weights);
+        state.offer::<V>(hit, t, blocks.id(triangle), test.weights);
     }
     candidates != 0
 }
@@ -338,10 +335,9 @@ pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
 /// Not returning from here into the loop keeps the rays' hits in registers.
 #[cold]
 #[inline(never)]
-fn unsure<B: TriangleLeaf, M: Memory, const ANY: bool>(
+fn unsure<M: Memory, const ANY: bool>(
     state: &mut Packet<M>,
-    block: &B,
-    i: usize,
+    (blocks, triangle): (&TriangleBlocks, [usize; 2]),
     sure: u32,
     candidates: u32,
     columns: &[M; 6],
@@ -354,13 +350,19 @@ fn unsure<B: TriangleLeaf, M: Memory, const ANY: bool>(
         if sure >> ray & 1 == 0 {
             let vector = |[x, y, z]: &[M; 3]| Vec3::new(x.place(ray), y.place(ray), z.place(ray));
             let (origin, direction) = (vector(&state.origin), vector(&state.direction));
-            let found = meets(origin, direction, block.triangle(i), [u, v, w, t], interval);
+            let found = meets(
+                origin,
+                direction,
+                blocks.triangle(triangle),
+                [u, v, w, t],
+                interval,
+            );
             if !found.0 {
                 continue;
             }
             [u, v, w, t] = found.1;
         }
-        state.offer_lane::<ANY>(ray, t, block.id(i), [u, v, w]);
+        state.offer_lane::<ANY>(ray, t, blocks.id(triangle), [u, v, w]);
         taken = true;
     }
     taken

@@ -44,7 +44,7 @@ mod stack;
 mod visit;
 
 use crate::{
-    accel::{Bvh, LeafBlocks, Node8, TriangleBlocks},
+    accel::{Bvh, Node8},
     lanes::{F32x8, LANES, Vec3x8},
     ray::{HitPacket, Origins, PrimitiveId, RayPacket},
     scene::{Plane, Scene},
@@ -54,11 +54,10 @@ use bits::{bits, bits64, largest_axis, part};
 use frustum::Frustum;
 use glam::Vec3;
 use instances::Instances;
-use origins::{RayOrigins, Separate, Shared};
+use origins::{Separate, Shared};
 use policy::CoherencePolicy;
 pub use policy::Method;
 use scratch::Scratch;
-use sink::ResultSink;
 pub(crate) use visit::{Found, HitSink, visit, visit_with};
 
 /// Maximum packets of a bundle: the lanes of the widest register.
@@ -239,27 +238,6 @@ impl<'a> Tracer<'a> {
                 assert_eq!(rays.len(), origins.len(), "an origin for each ray");
                 self.origin = Vec3::ZERO;
                 Some(origins)
-            }
-        }
-    }
-
-    /// `origins` is empty where they are shared.
-    fn dispatch<A: ResultSink, O: RayOrigins, const ANY: bool>(
-        &mut self,
-        rays: &[RayPacket],
-        origins: &[Vec3x8],
-        results: A,
-    ) {
-        let bvh = self.bvh;
-        let spheres = bvh.sphere_blocks();
-        match bvh.triangle_blocks() {
-            TriangleBlocks::Whole(triangles) => {
-                let blocks = LeafBlocks { triangles, spheres };
-                self.dispatch_to::<_, _, O, ANY>(blocks, rays, origins, results);
-            }
-            TriangleBlocks::Indexed(triangles) => {
-                let blocks = LeafBlocks { triangles, spheres };
-                self.dispatch_to::<_, _, O, ANY>(blocks, rays, origins, results);
             }
         }
     }

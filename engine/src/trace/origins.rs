@@ -14,8 +14,6 @@ use super::{
     stack::{DeferredLeaves, Entry, Limits},
 };
 use crate::{
-    accel::LeafBlocks,
-    geometry::TriangleLeaf,
     lanes::{F32x8, LANES},
     simd::{EightLanes, Lanes, Memory, REGISTER_LANES, Simd},
 };
@@ -58,10 +56,9 @@ pub(super) trait RayOrigins {
 
     /// Tests a leaf, perhaps together with another deferred one. Returns the packets whose ends came nearer, in occlusion
     /// those that are done.
-    fn visit_leaf<B: TriangleLeaf, V: RayLanes, const ANY: bool>(
+    fn visit_leaf<V: RayLanes, const ANY: bool>(
         tracer: &mut Tracer<'_>,
         simd: V::Simd,
-        blocks: LeafBlocks<'_, B>,
         leaf: Entry,
         others: &mut DeferredLeaves,
         culling: &Culling<'_, V>,
@@ -118,10 +115,9 @@ impl RayOrigins for Shared {
     }
 
     #[inline(always)]
-    fn visit_leaf<B: TriangleLeaf, V: RayLanes, const ANY: bool>(
+    fn visit_leaf<V: RayLanes, const ANY: bool>(
         tracer: &mut Tracer<'_>,
         simd: V::Simd,
-        blocks: LeafBlocks<'_, B>,
         leaf: Entry,
         others: &mut DeferredLeaves,
         culling: &Culling<'_, V>,
@@ -149,7 +145,7 @@ impl RayOrigins for Shared {
         let packets = &mut tracer.scratch.of_mut::<V>().packets;
         simd.call(
             #[inline(always)]
-            || leaf::shared_origin::<B, V, ANY>(simd, blocks, leaves, culling, packets),
+            || leaf::shared_origin::<V, ANY>(simd, tracer.bvh, leaves, culling, packets),
         )
     }
 }
@@ -205,10 +201,9 @@ impl RayOrigins for Separate {
     }
 
     #[inline(always)]
-    fn visit_leaf<B: TriangleLeaf, V: RayLanes, const ANY: bool>(
+    fn visit_leaf<V: RayLanes, const ANY: bool>(
         tracer: &mut Tracer<'_>,
         simd: V::Simd,
-        blocks: LeafBlocks<'_, B>,
         leaf: Entry,
         _: &mut DeferredLeaves,
         culling: &Culling<'_, V>,
@@ -219,7 +214,7 @@ impl RayOrigins for Separate {
         let leaf = (leaf.child, leaf.packets);
         simd.call(
             #[inline(always)]
-            || sheared::separate_origins::<B, V, ANY>(simd, blocks, leaf, culling, rays, candidates, states),
+            || sheared::separate_origins::<V, ANY>(simd, tracer.bvh, leaf, culling, rays, candidates, states),
         )
     }
 }

@@ -9,8 +9,6 @@ use super::{
     sink::{AHEAD, ResultSink},
 };
 use crate::{
-    accel::LeafBlocks,
-    geometry::TriangleLeaf,
     lanes::Vec3x8,
     ray::RayPacket,
     simd::{LaneMask, Lanes, Simd, Vec3Lanes, at_level},
@@ -48,10 +46,9 @@ fn without_invalid(
 }
 
 impl Tracer<'_> {
-    /// [`dispatch`](Self::dispatch) for one block layout.
-    pub(super) fn dispatch_to<B: TriangleLeaf, A: ResultSink, O: RayOrigins, const ANY: bool>(
+    /// Traces all rays. `origins` is empty where they are shared.
+    pub(super) fn dispatch<A: ResultSink, O: RayOrigins, const ANY: bool>(
         &mut self,
-        blocks: LeafBlocks<'_, B>,
         rays: &[RayPacket],
         origins: &[Vec3x8],
         results: A,
@@ -62,7 +59,7 @@ impl Tracer<'_> {
             results,
             next: 0,
         };
-        let work = self.trace_valid::<B, A, O, ANY>(blocks, work);
+        let work = self.trace_valid::<A, O, ANY>(work);
         if work.next == rays.len() {
             return;
         }
@@ -72,40 +69,36 @@ impl Tracer<'_> {
             origins: &origins,
             ..work
         };
-        self.trace_valid::<B, A, O, ANY>(blocks, work);
+        self.trace_valid::<A, O, ANY>(work);
     }
 
     /// Traces up to the first group that holds an invalid ray.
-    fn trace_valid<'w, B: TriangleLeaf, A: ResultSink, O: RayOrigins, const ANY: bool>(
+    fn trace_valid<'w, A: ResultSink, O: RayOrigins, const ANY: bool>(
         &mut self,
-        blocks: LeafBlocks<'_, B>,
         work: Work<'w, A>,
     ) -> Work<'w, A> {
-        at_level!(self.level, |simd| self
-            .trace_at::<_, B, A, O, ANY>(simd, blocks, work))
+        at_level!(self.level, |simd| self.trace_at::<_, A, O, ANY>(simd, work))
     }
 
     /// [`run`](Self::run) with the lanes that fit the rays.
     #[inline(always)]
-    fn trace_at<'w, S: Widths, B: TriangleLeaf, A: ResultSink, O: RayOrigins, const ANY: bool>(
+    fn trace_at<'w, S: Widths, A: ResultSink, O: RayOrigins, const ANY: bool>(
         &mut self,
         simd: S,
-        blocks: LeafBlocks<'_, B>,
         work: Work<'w, A>,
     ) -> Work<'w, A> {
         match O::kind(ANY) {
-            RayKind::Shadow => self.run::<B, S::SharedAny, A, O, ANY>(simd, blocks, work),
-            RayKind::Camera => self.run::<B, S::Shared, A, O, ANY>(simd, blocks, work),
-            RayKind::Separate => self.run::<B, S::Separate, A, O, ANY>(simd, blocks, work),
+            RayKind::Shadow => self.run::<S::SharedAny, A, O, ANY>(simd, work),
+            RayKind::Camera => self.run::<S::Shared, A, O, ANY>(simd, work),
+            RayKind::Separate => self.run::<S::Separate, A, O, ANY>(simd, work),
         }
     }
 
     /// Traces packets in order, or sorted by direction. Returns early if one of the next rays is invalid.
     #[inline(always)]
-    fn run<'w, B: TriangleLeaf, V: RayLanes, A: ResultSink, O: RayOrigins, const ANY: bool>(
+    fn run<'w, V: RayLanes, A: ResultSink, O: RayOrigins, const ANY: bool>(
         &mut self,
         simd: V::Simd,
-        blocks: LeafBlocks<'_, B>,
         work: Work<'w, A>,
     ) -> Work<'w, A> {
         let Work {
@@ -164,7 +157,7 @@ impl Tracer<'_> {
                 entry: entry.as_ref(),
                 order: is_sorted.then(|| sorted.rays()),
             };
-            self.trace_group::<B, V, A, O, ANY>(simd, blocks, rays, origins, &group, &mut results);
+            self.trace_group::<V, A, O, ANY>(simd, rays, origins, &group, &mut results);
             if is_sorted {
                 self.policy.traced_sorted(kind);
             }

@@ -19,8 +19,8 @@ use super::{
     spheres::spheres,
 };
 use crate::{
-    accel::{Child, LeafBlocks},
-    geometry::{CANDIDATE_SLACK, Edges, TriangleLeaf, TriangleTest, edge_functions, padded_boxes, weights},
+    accel::{Bvh, Child},
+    geometry::{CANDIDATE_SLACK, Edges, TriangleTest, edge_functions, padded_boxes, weights},
     lanes::LANES,
     simd::{Eight, EightLanes, LaneMask, Lanes, Memory, Vec3Lanes},
 };
@@ -76,9 +76,9 @@ impl Candidates {
 /// A line extends behind the ray, so each mirror ray's line meets the triangle that it starts on. The canonical test
 /// therefore ends early if no ray starts on the side of the plane from which its line would hit.
 #[inline(always)]
-pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
+pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
     simd: V::Simd,
-    blocks: LeafBlocks<'_, B>,
+    bvh: &Bvh,
     (leaf, packets): (Child, u32),
     culling: &Culling<'_, V>,
     sheared: &[ShearedPacket<V::Memory>; PACKETS],
@@ -87,12 +87,12 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
 ) -> u32 {
     debug_assert!(V::COUNT <= 16, "a `Candidate` has no room for more lanes");
     if !leaf.is_triangles() {
-        let block = &blocks.spheres[leaf.index()];
+        let block = &bvh.sphere_blocks()[leaf.index()];
         return spheres::<V, Separate, ANY>(simd, block, leaf.count_bits(), culling, packets, states);
     }
     let mut unpacked = None;
-    let stored = &blocks.triangles[leaf.index()];
-    let block = stored.whole(simd, &mut unpacked);
+    let stored = bvh.triangle_blocks();
+    let block = stored.whole(simd, leaf.index(), &mut unpacked);
     let corners = block.load(simd);
     let edges = Edges::new(&corners);
     let seen = SeenTriangles::new(&corners, &edges, &culling.space);
@@ -139,7 +139,7 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
             (plane.flip_signs(flip), determinant),
             bounds,
         );
-        let hit = hit::<B, V, ANY>(state, stored, i, &test);
+        let hit = hit::<V, ANY>(state, stored, [leaf.index(), i], &test);
         taken |= u32::from(hit) << p;
     }
     taken

@@ -16,10 +16,10 @@ use super::{
     slots::{SLOTS, Slot, Steps},
 };
 use crate::{
-    accel::{Bvh, Child, LeafBlocks, Node8, Places},
+    accel::{Bvh, Child, Node8, Places, TriangleBlocks},
     geometry::{
-        EdgeFunctions, Slabs, SphereBlock, TriangleBlock, TriangleHits, TriangleLeaf, chord, may_hit,
-        padded_sphere_boxes, sphere_exit, sphere_hits,
+        EdgeFunctions, Slabs, SphereBlock, TriangleBlock, TriangleHits, chord, may_hit, padded_sphere_boxes,
+        sphere_exit, sphere_hits,
     },
     math::min_abs_direction,
     ray::Ray,
@@ -134,11 +134,7 @@ impl SingleRay {
 impl Tracer<'_> {
     /// Traces the rays of `tasks`, in packets of `V::COUNT`.
     #[inline(always)]
-    pub(super) fn trace_tasks<B: TriangleLeaf, V: RayLanes, const ANY: bool>(
-        &mut self,
-        simd: V::Simd,
-        blocks: LeafBlocks<'_, B>,
-    ) {
+    pub(super) fn trace_tasks<V: RayLanes, const ANY: bool>(&mut self, simd: V::Simd) {
         let Self {
             bvh,
             scratch,
@@ -150,7 +146,7 @@ impl Tracer<'_> {
             return;
         }
         let packets = &mut scratch.of_mut::<V>().packets;
-        let places = bvh.places(blocks);
+        let places = bvh.places();
         let mut left = tasks.iter();
         let mut steps = Steps::NONE;
         for (i, slot) in slots.iter_mut().enumerate() {
@@ -166,7 +162,7 @@ impl Tracer<'_> {
                 for i in bits(nodes) {
                     slots[i % SLOTS].enter_children::<_, ANY>(simd, bvh);
                 }
-                pop_all::<_, _, ANY>(simd, &mut steps, nodes, slots, bvh, &places);
+                pop_all::<_, ANY>(simd, &mut steps, nodes, slots, bvh, &places);
                 if steps.of(Child::INNER).count_ones() <= FEW {
                     break;
                 }
@@ -174,17 +170,17 @@ impl Tracer<'_> {
             let leaves = steps.of(Child::TRIANGLES);
             let mut candidates = 0;
             for i in bits(leaves) {
-                candidates |= u32::from(may_hit_block(simd, &slots[i % SLOTS], blocks.triangles)) << i;
+                candidates |= u32::from(may_hit_block(simd, &slots[i % SLOTS], bvh.triangle_blocks())) << i;
             }
             for i in bits(candidates) {
-                triangles::<_, B, V::Memory, ANY>(simd, &mut slots[i % SLOTS], blocks.triangles, packets);
+                triangles::<_, V::Memory, ANY>(simd, &mut slots[i % SLOTS], bvh.triangle_blocks(), packets);
             }
-            pop_all::<_, _, ANY>(simd, &mut steps, leaves, slots, bvh, &places);
+            pop_all::<_, ANY>(simd, &mut steps, leaves, slots, bvh, &places);
             let leaves = steps.of(Child::SPHERES);
             for i in bits(leaves) {
-                spheres::<_, V::Memory, ANY>(simd, &mut slots[i % SLOTS], blocks.spheres, packets);
+                spheres::<_, V::Memory, ANY>(simd, &mut slots[i % SLOTS], bvh.sphere_blocks(), packets);
             }
-            pop_all::<_, _, ANY>(simd, &mut steps, leaves, slots, bvh, &places);
+            pop_all::<_, ANY>(simd, &mut steps, leaves, slots, bvh, &places);
             if left.len() == 0 {
                 continue;
             }
@@ -203,9 +199,9 @@ impl Tracer<'_> {
 
 /// Gives a slot the next ray that may still hit something; `false` if no task is left.
 #[inline(always)]
-fn start<B: TriangleLeaf, M: Memory>(
+fn start<M: Memory>(
     slot: &mut Slot,
-    places: &Places<B>,
+    places: &Places,
     packets: &[Packet<M>; super::PACKETS],
     tasks: &mut std::slice::Iter<'_, SingleRayTask>,
     lanes: usize,
@@ -228,28 +224,28 @@ fn start<B: TriangleLeaf, M: Memory>(
 
 /// Takes the next children of `which` slots.
 #[inline(always)]
-fn pop_all<S: Simd, B: TriangleLeaf, const ANY: bool>(
+fn pop_all<S: Simd, const ANY: bool>(
     simd: S,
     steps: &mut Steps,
     which: u32,
     slots: &mut [Slot; SLOTS],
     bvh: &Bvh,
-    places: &Places<B>,
+    places: &Places,
 ) {
     steps.clear(which);
     for i in bits(which) {
         let slot = &mut slots[i % SLOTS];
-        slot.pop::<_, _, ANY>(simd, bvh, places);
+        slot.pop::<_, ANY>(simd, bvh, places);
         steps.put(i, slot.child);
     }
 }
 
 /// Whether a ray may hit something in its block of triangles: the candidate filter.
 #[inline(always)]
-fn may_hit_block<S: Simd, B: TriangleLeaf>(simd: S, slot: &Slot, blocks: &[B]) -> bool {
+fn may_hit_block<S: Simd>(simd: S, slot: &Slot, blocks: &TriangleBlocks) -> bool {
     let (ray, leaf) = (&slot.ray, slot.child);
     let mut unpacked = None;
-    let corners = blocks[leaf.index()].whole(simd, &mut unpacked).load(simd);
+    let corners = blocks.whole(simd, leaf.index(), &mut unpacked).load(simd);
     let candidates = may_hit(&corners, simd.splat3(ray.origin), simd.splat3(ray.direction));
     candidates & leaf.count_bits() != 0
 }
@@ -287,10 +283,10 @@ pub(super) fn sphere_block<S: Simd>(
 
 /// A block of triangles against a ray.
 #[inline(always)]
-fn triangles<S: Simd, B: TriangleLeaf, M: Memory, const ANY: bool>(
+fn triangles<S: Simd, M: Memory, const ANY: bool>(
     simd: S,
     slot: &mut Slot,
-    blocks: &[B],
+    blocks: &TriangleBlocks,
     packets: &mut [Packet<M>; super::PACKETS],
 ) {
     let (ray, leaf) = (&slot.ray, slot.child);
@@ -299,7 +295,7 @@ fn triangles<S: Simd, B: TriangleLeaf, M: Memory, const ANY: bool>(
         ray.lane as usize,
     );
     let mut unpacked = None;
-    let block = blocks[leaf.index()].whole(simd, &mut unpacked);
+    let block = blocks.whole(simd, leaf.index(), &mut unpacked);
     let found = triangle_block(simd, ray, block, leaf);
     let [u, v, w] = found.weights;
     for c in bits(found.hit) {

@@ -3,7 +3,6 @@
 use super::single::SingleRay;
 use crate::{
     accel::{Bvh, Child, Places},
-    geometry::TriangleLeaf,
     lanes::{F32x8, LANES},
     simd::{EightLanes, LaneMask, Lanes, Simd},
 };
@@ -87,7 +86,7 @@ impl Slot {
 
     /// Continues with the next child.
     #[inline(always)]
-    pub fn pop<S: Simd, B: TriangleLeaf, const ANY: bool>(&mut self, simd: S, bvh: &Bvh, places: &Places<B>) {
+    pub fn pop<S: Simd, const ANY: bool>(&mut self, simd: S, bvh: &Bvh, places: &Places) {
         if ANY {
             self.pop_any(bvh);
         } else {

@@ -7,8 +7,8 @@ use super::{
     slabs::{MOST_OFFSET, NODE_PAD, OFFSET_ERROR},
 };
 use crate::{
-    accel::{Bvh, Child, LeafBlocks, Node8, Places, TriangleBlocks},
-    geometry::{SphereBlock, TriangleLeaf},
+    accel::{Bvh, Child, Node8, Places},
+    geometry::{SphereBlock, TriangleBlock},
     lanes::LANES,
     math::max,
     ray::{Hit, PrimitiveId, Ray},
@@ -137,46 +137,29 @@ pub(crate) fn visit_with<S: Simd, K: HitSink>(simd: S, bvh: &Bvh, ray: &Ray, sin
     }
     let mut stack = STACK.take();
     stack.clear();
-    let spheres = bvh.sphere_blocks();
-    match bvh.triangle_blocks() {
-        TriangleBlocks::Whole(triangles) => {
-            let blocks = LeafBlocks { triangles, spheres };
-            visit_at(simd, bvh, blocks, ray, sink, &mut stack);
-        }
-        TriangleBlocks::Indexed(triangles) => {
-            let blocks = LeafBlocks { triangles, spheres };
-            visit_at(simd, bvh, blocks, ray, sink, &mut stack);
-        }
-    }
+    visit_at(simd, bvh, ray, sink, &mut stack);
     STACK.set(stack);
 }
 
 #[inline(always)]
-fn visit_at<S: Simd, B: TriangleLeaf, K: HitSink>(
-    simd: S,
-    bvh: &Bvh,
-    blocks: LeafBlocks<'_, B>,
-    ray: &Ray,
-    sink: &mut K,
-    stack: &mut Stack,
-) {
+fn visit_at<S: Simd, K: HitSink>(simd: S, bvh: &Bvh, ray: &Ray, sink: &mut K, stack: &mut Stack) {
     let single = SingleRay::of(ray);
     let boxes = NodeRay::new(&single);
-    let places = bvh.places(blocks);
+    let places = bvh.places();
     let mut child = bvh.root();
     if !sink.in_order() {
-        return visit_all(simd, bvh, (blocks, &places), (&single, &boxes), sink, stack);
+        return visit_all(simd, bvh, &places, (&single, &boxes), sink, stack);
     }
     loop {
         if child.is_inner() {
             let node = &bvh.nodes()[child.index()];
-            let next = enter_nearest::<_, _, K>(simd, &boxes, (node, &places), sink.end(), stack);
+            let next = enter_nearest::<_, K>(simd, &boxes, (node, &places), sink.end(), stack);
             if let Some(next) = next {
                 child = next;
                 continue;
             }
         } else {
-            leaf(simd, &single, &blocks, child, sink);
+            leaf(simd, bvh, &single, child, sink);
         }
         child = loop {
             let Some((near, next)) = stack.pop() else { return };
@@ -191,10 +174,10 @@ fn visit_at<S: Simd, B: TriangleLeaf, K: HitSink>(
 /// hold goes on the stack.
 // Tuned: see docs/lab-notes.md#all-hits
 #[inline(always)]
-fn visit_all<S: Simd, B: TriangleLeaf, K: HitSink>(
+fn visit_all<S: Simd, K: HitSink>(
     simd: S,
     bvh: &Bvh,
-    (blocks, places): (LeafBlocks<'_, B>, &Places<B>),
+    places: &Places,
     (ray, boxes): (&SingleRay, &NodeRay),
     sink: &mut K,
     stack: &mut Stack,
@@ -211,7 +194,7 @@ fn visit_all<S: Simd, B: TriangleLeaf, K: HitSink>(
             return;
         };
         if !child.is_inner() {
-            leaf(simd, ray, &blocks, child, sink);
+            leaf(simd, bvh, ray, child, sink);
             continue;
         }
         let node = &bvh.nodes()[child.index()];
@@ -231,17 +214,13 @@ fn visit_all<S: Simd, B: TriangleLeaf, K: HitSink>(
 
 /// Hands the hits in a leaf block to the sink.
 #[inline(always)]
-fn leaf<S: Simd, B: TriangleLeaf, K: HitSink>(
-    simd: S,
-    ray: &SingleRay,
-    blocks: &LeafBlocks<'_, B>,
-    child: Child,
-    sink: &mut K,
-) {
+fn leaf<S: Simd, K: HitSink>(simd: S, bvh: &Bvh, ray: &SingleRay, child: Child, sink: &mut K) {
     if child.is_triangles() {
-        triangles::<_, B, K>(simd, ray, &blocks.triangles[child.index()], child, sink);
+        let mut unpacked = None;
+        let block = bvh.triangle_blocks().whole(simd, child.index(), &mut unpacked);
+        triangles(simd, ray, block, child, sink);
     } else {
-        spheres(simd, ray, &blocks.spheres[child.index()], child, sink);
+        spheres(simd, ray, &bvh.sphere_blocks()[child.index()], child, sink);
     }
 }
 
@@ -249,10 +228,10 @@ fn leaf<S: Simd, B: TriangleLeaf, K: HitSink>(
 /// two, so sorting all eight would be wasteful. If any hit will do, they come in no order.
 // Tuned: see docs/lab-notes.md#one-ray-a-call
 #[inline(always)]
-fn enter_nearest<S: Simd, B: TriangleLeaf, K: HitSink>(
+fn enter_nearest<S: Simd, K: HitSink>(
     simd: S,
     ray: &NodeRay,
-    (node, places): (&Node8, &Places<B>),
+    (node, places): (&Node8, &Places),
     end: f32,
     stack: &mut Stack,
 ) -> Option<Child> {
@@ -310,15 +289,13 @@ fn spheres<S: Simd, K: HitSink>(simd: S, ray: &SingleRay, block: &SphereBlock, c
 }
 
 #[inline(always)]
-fn triangles<S: Simd, B: TriangleLeaf, K: HitSink>(
+fn triangles<S: Simd, K: HitSink>(
     simd: S,
     ray: &SingleRay,
-    leaf: &B,
+    block: &TriangleBlock,
     child: Child,
     sink: &mut K,
 ) {
-    let mut unpacked = None;
-    let block = leaf.whole(simd, &mut unpacked);
     let found = triangle_block(simd, ray, block, child);
     let unsure = if K::WANTS_UNSURE { found.unsure } else { 0 };
     let wanted = found.hit | unsure;

@@ -31,9 +31,8 @@ fn is_unpacked<V: TriangleLanes>(simd: V::Simd, low: &[Triangle], high: &[Triang
         corner.store(columns);
     }
     for (i, &(id, _, at)) in low.iter().enumerate() {
-        let mut room = None;
-        let whole = blocks[0].whole(simd, &mut room);
-        assert_eq!((whole.triangle(i), whole.id(i)), (at, id.0));
+        let whole = blocks[0].whole(simd);
+        assert_eq!((whole.triangle(i), whole.id[i]), (at, id.0));
         assert_eq!((blocks[0].triangle(i), blocks[0].id(i)), (at, id.0));
     }
     let lanes = low
