@@ -439,4 +439,12 @@ impl Target for InstancedGeometry {
             };
         }
     }
+
+    fn closest_of_piece(worker: &mut Worker<'_, Self>, rays: Rays<'_>, hits: &mut [InstancedHit]) {
+        worker.closest_of_piece(rays, hits);
+    }
+
+    fn occluded_of_piece(worker: &mut Worker<'_, Self>, rays: Rays<'_>, occluded: &mut [bool]) {
+        worker.occluded_of_piece(rays, occluded);
+    }
 }

@@ -46,7 +46,7 @@ thread_local! {
 }
 
 /// What rays are traced through.
-pub trait Target: Sync {
+pub trait Target: Sync + Sized {
     /// A closest hit. The default is a miss at infinity.
     type Hit: Copy + Default + Send;
     /// What coordinates are relative to.
@@ -64,6 +64,11 @@ pub trait Target: Sync {
         lengths: &[f64; LANES],
         hits: &mut [Self::Hit],
     );
+    /// Finds the closest hits of up to [`PIECE`] rays. Here, so that it is compiled with the engine and not with its users, who
+    /// may optimise less.
+    fn closest_of_piece(worker: &mut Worker<'_, Self>, rays: Rays<'_>, hits: &mut [Self::Hit]);
+    /// The same for occlusion.
+    fn occluded_of_piece(worker: &mut Worker<'_, Self>, rays: Rays<'_>, occluded: &mut [bool]);
 }
 
 impl Target for Geometry {
@@ -99,11 +104,19 @@ impl Target for Geometry {
     ) {
         put(simd, found, lengths, hits);
     }
+
+    fn closest_of_piece(worker: &mut Worker<'_, Self>, rays: Rays<'_>, hits: &mut [Hit]) {
+        worker.closest_of_piece(rays, hits);
+    }
+
+    fn occluded_of_piece(worker: &mut Worker<'_, Self>, rays: Rays<'_>, occluded: &mut [bool]) {
+        worker.occluded_of_piece(rays, occluded);
+    }
 }
 
-/// Traces many rays on the calling thread, with memory that is reused from call to call. [`Geometry::closest_hits`] and
-/// [`Geometry::occluded_each`] use all threads of rayon's pool instead. So it is for an
-/// [`InstancedGeometry`](crate::InstancedGeometry).
+/// Traces many rays on the calling thread, with memory that is reused from call to call. [`Geometry::closest_hits`],
+/// [`Geometry::occluded_each`] and those of [`InstancedGeometry`](crate::InstancedGeometry) use all threads of rayon's pool
+/// instead.
 #[derive(Debug)]
 pub struct Worker<'a, G = Geometry> {
     geometry: &'a G,
@@ -119,7 +132,7 @@ pub(super) fn closest_hits<G: Target>(geometry: &G, rays: Rays<'_>, hits: &mut [
         || Worker::new(geometry),
         |worker, (piece, hits)| {
             let start = piece * PIECE;
-            worker.closest_of_piece(rays.part(start..start + hits.len()), hits);
+            G::closest_of_piece(worker, rays.part(start..start + hits.len()), hits);
         },
     );
 }
@@ -132,7 +145,7 @@ pub(super) fn occluded_each<G: Target>(geometry: &G, rays: Rays<'_>, occluded: &
         || Worker::new(geometry),
         |worker, (piece, occluded)| {
             let start = piece * PIECE;
-            worker.occluded_of_piece(rays.part(start..start + occluded.len()), occluded);
+            G::occluded_of_piece(worker, rays.part(start..start + occluded.len()), occluded);
         },
     );
 }
@@ -163,7 +176,7 @@ impl<'a, G: Target> Worker<'a, G> {
         assert_eq!(rays.len(), hits.len(), "a hit for each ray");
         for (piece, hits) in hits.chunks_mut(PIECE).enumerate() {
             let start = piece * PIECE;
-            self.closest_of_piece(rays.part(start..start + hits.len()), hits);
+            G::closest_of_piece(self, rays.part(start..start + hits.len()), hits);
         }
     }
 
@@ -176,7 +189,7 @@ impl<'a, G: Target> Worker<'a, G> {
         assert_eq!(rays.len(), occluded.len(), "an answer for each ray");
         for (piece, occluded) in occluded.chunks_mut(PIECE).enumerate() {
             let start = piece * PIECE;
-            self.occluded_of_piece(rays.part(start..start + occluded.len()), occluded);
+            G::occluded_of_piece(self, rays.part(start..start + occluded.len()), occluded);
         }
     }
 
@@ -212,7 +225,7 @@ impl<'a, G: Target> Worker<'a, G> {
         });
     }
 
-    fn closest_of_piece(&mut self, rays: Rays<'_>, hits: &mut [G::Hit]) {
+    pub(super) fn closest_of_piece(&mut self, rays: Rays<'_>, hits: &mut [G::Hit]) {
         self.prepare(rays);
         self.buffers
             .hits
@@ -273,7 +286,7 @@ impl<'a, G: Target> Worker<'a, G> {
         }
     }
 
-    fn occluded_of_piece(&mut self, rays: Rays<'_>, answers: &mut [bool]) {
+    pub(super) fn occluded_of_piece(&mut self, rays: Rays<'_>, answers: &mut [bool]) {
         self.prepare(rays);
         self.buffers.occluded.resize(self.buffers.packets.len(), 0);
         let origins = origins(&self.buffers.origins, self.buffers.shared);
