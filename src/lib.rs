@@ -1,8 +1,9 @@
 //! octray ray-traces triangle meshes and spheres on the CPU, with SIMD, on all cores. The same scene gives the same
 //! bytes on any number of threads, whether SIMD or scalar code traces it.
 //!
-//! [`Geometry`] finds hits of rays, distances of points, and what is inside. [`render::render`] makes pictures of scenes, with
-//! textures, soft shadows, mirrors and glass. docs/library.md has more examples, and what is exact.
+//! [`Geometry`] finds hits of rays, distances of points, and what is inside, [`InstancedGeometry`] hits of placed geometries.
+//! [`render::render`] makes pictures of scenes, with textures, soft shadows, mirrors and glass. docs/library.md has more
+//! examples, and what is exact.
 //!
 //! # Ray queries
 //! ```
@@ -75,7 +76,8 @@
 
 pub use glam;
 pub use octray_engine::{
-    Aabb, Geometry, Hit, InstanceId, Level, LevelError, PrimitiveId, QueryError, Ray, Rays, isa,
+    Aabb, Geometry, Hit, InstanceId, InstancedGeometry, InstancedHit, Level, LevelError, PrimitiveId,
+    QueryError, Ray, Rays, isa,
 };
 #[doc(inline)]
 pub use octray_engine::{accel, error, query, render, scene};

@@ -5,7 +5,7 @@
 
 pub use glam;
 pub use math::Aabb;
-pub use query::{Geometry, QueryError, Ray, Rays};
+pub use query::{Geometry, InstancedGeometry, InstancedHit, QueryError, Ray, Rays};
 pub use ray::{Hit, InstanceId, PrimitiveId};
 pub use simd::{Level, LevelError, isa};
 

@@ -14,7 +14,8 @@ impl PrimitiveId {
 }
 
 /// The number of an instance in its scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(transparent)]
 pub struct InstanceId(pub u32);
 
 impl InstanceId {

@@ -24,5 +24,6 @@ except ModuleNotFoundError as _error:
 from ._camera import camera_rays
 from ._mesh import Hits, Mesh
 from ._render import render
+from ._scene import Scene, SceneHits
 
-__all__ = ["Hits", "Mesh", "__version__", "camera_rays", "isa", "render"]
+__all__ = ["Hits", "Mesh", "Scene", "SceneHits", "__version__", "camera_rays", "isa", "render"]

@@ -90,6 +90,46 @@ def rays(origins, directions) -> tuple[np.ndarray, np.ndarray]:
     return origins, directions
 
 
+def asked_rays(
+    origins, directions, t_min, t_max
+) -> tuple[np.ndarray, np.ndarray, float | np.ndarray, float | np.ndarray]:
+    """Return origins, directions and the ends of rays."""
+    arrays = rays(origins, directions)
+    count = len(arrays[1])
+    return *arrays, ends("t_min", t_min, count), ends("t_max", t_max, count)
+
+
+def indices(name: str, value, count: int) -> np.ndarray:
+    """Return an array of ``count`` integers."""
+    what = f"integers of shape ({count},)"
+    array = _numbers(name, value, what)
+    if array.size == 0 and array.ndim == 1:
+        array = array.astype(np.int64)
+    if array.dtype.kind not in "iu":
+        raise ValueError(f"{name}: expected {what}, found an array of {array.dtype}")
+    if array.shape != (count,):
+        raise ValueError(f"{name}: expected {what}, found shape {array.shape}")
+    if array.dtype == np.uint64:
+        array = np.minimum(array, np.uint64(2**63 - 1))
+    return array.astype(np.int64)
+
+
+def transforms(value) -> np.ndarray:
+    """Return affine matrices as contiguous ``float64``, the 12 numbers of the upper three rows per row."""
+    what = "matrices of shape (k, 4, 4) or (k, 3, 4)"
+    array = _numbers("transforms", value, what)
+    if array.size == 0 and array.ndim == 1:
+        array = array.reshape(0, 3, 4)
+    if array.ndim != 3 or array.shape[1:] not in ((4, 4), (3, 4)):
+        raise ValueError(f"transforms: expected {what}, found shape {array.shape}")
+    if array.shape[1] == 4:
+        wrong = np.flatnonzero((array[:, 3] != [0, 0, 0, 1]).any(axis=1))
+        if len(wrong):
+            i = wrong[0]
+            raise ValueError(f"transforms: the last row of matrix {i} is {array[i, 3]}, expected [0 0 0 1]")
+    return _require(array[:, :3].reshape(-1, 12), np.float64)
+
+
 def ends(name: str, value, count: int) -> float | np.ndarray:
     """Return the ends of rays: a number, or a contiguous ``float32`` array with one per ray.
 

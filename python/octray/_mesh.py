@@ -40,7 +40,7 @@ class Hits:
         return len(self.t)
 
     def __repr__(self) -> str:
-        return f"<octray.Hits: {int(self.hit.sum())} of {len(self)} rays hit>"
+        return f"<octray.{type(self).__name__}: {int(self.hit.sum())} of {len(self)} rays hit>"
 
     @cached_property
     def _surface(self):
@@ -153,7 +153,7 @@ class Mesh:
         t_min, t_max
             A number, or one for each ray.
         """
-        arguments = self._rays(origins, directions, t_min, t_max)
+        arguments = _arrays.asked_rays(origins, directions, t_min, t_max)
         mesh = self._mesh.copy()
         return Hits(mesh, *arguments[:2], mesh.closest_hit(*arguments))
 
@@ -166,7 +166,7 @@ class Mesh:
         t_max: ArrayLike = np.inf,
     ) -> NDArray[np.bool_]:
         """Return whether each ray hits anything with ``t_min < t < t_max``: shape (k,), ``bool``."""
-        return self._mesh.occluded(*self._rays(origins, directions, t_min, t_max))
+        return self._mesh.occluded(*_arrays.asked_rays(origins, directions, t_min, t_max))
 
     def all_hits(
         self,
@@ -186,7 +186,7 @@ class Mesh:
         each ray.
         """
         limit = None if max_hits is None else _arrays.count("max_hits", max_hits, least=0)
-        arguments = self._rays(origins, directions, t_min, t_max)
+        arguments = _arrays.asked_rays(origins, directions, t_min, t_max)
         return self._mesh.all_hits(*arguments, limit, _arrays.flag("crossings", crossings), False, False)
 
     def closest_point(
@@ -251,13 +251,6 @@ class Mesh:
 
     def __setstate__(self, state):
         self.__dict__.update(state, _mesh=_octray.of_parts(*state["_mesh"]))
-
-    def _rays(
-        self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike, t_max: ArrayLike
-    ) -> tuple[NDArray[Any], NDArray[Any], float | NDArray[Any], float | NDArray[Any]]:
-        arrays = _arrays.rays(origins, directions)
-        count = len(arrays[1])
-        return *arrays, _arrays.ends("t_min", t_min, count), _arrays.ends("t_max", t_max, count)
 
 
 def _thread_count(threads: SupportsIndex | None) -> int | None:

@@ -4,7 +4,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Mesh", "__version__", "camera_rays", "isa", "load", "of_parts", "parts", "program", "render"]
+__all__ = ["Mesh", "Scene", "__version__", "camera_rays", "isa", "load", "of_parts", "parts", "program", "render"]
 
 __version__: str
 
@@ -57,6 +57,49 @@ class Mesh:
     def contains(self, points: _Vectors) -> NDArray[np.bool_]: ...
     def refit(self, vertices: _Vectors) -> None: ...
     def copy(self) -> Mesh: ...
+
+@final
+class Scene:
+    # Of matrices the upper three rows, 12 numbers per instance.
+    def __new__(
+        cls,
+        meshes: Sequence[Mesh],
+        matrices: NDArray[np.float64],
+        indices: NDArray[np.int64],
+        threads: int | None,
+    ) -> Scene: ...
+    @property
+    def bounds(self) -> tuple[tuple[float, float, float], tuple[float, float, float]] | None: ...
+    @property
+    def matrices(self) -> NDArray[np.float64]: ...
+    @property
+    def threads(self) -> int | None: ...
+    def closest_hit(
+        self, origins: _Vectors, directions: _Vectors, t_min: _Ends, t_max: _Ends
+    ) -> tuple[
+        tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.float32], NDArray[np.bool_]], NDArray[np.int64]
+    ]: ...
+    def occluded(
+        self, origins: _Vectors, directions: _Vectors, t_min: _Ends, t_max: _Ends
+    ) -> NDArray[np.bool_]: ...
+    def all_hits(
+        self,
+        origins: _Vectors,
+        directions: _Vectors,
+        t_min: _Ends,
+        t_max: _Ends,
+        max_hits: int | None,
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]: ...
+    def surface(
+        self,
+        origins: _Vectors,
+        directions: _Vectors,
+        instance: NDArray[np.int64],
+        triangle: NDArray[np.int64],
+        t: NDArray[np.float32],
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    def move(self, matrices: NDArray[np.float64]) -> None: ...
+    def copy(self) -> Scene: ...
 
 _Parts = tuple[NDArray[np.float32], list[float], NDArray[np.uint32], int | None]
 

@@ -1,11 +1,6 @@
 //! Cameras, and the rays of their pictures.
 
-use crate::{
-    arrays::rows,
-    mesh::{self, Mesh},
-    solid, threads,
-    words::raised,
-};
+use crate::{arrays::rows, mesh::Mesh, shared, solid, threads, words::raised};
 use numpy::PyArray2;
 use octray::{
     QueryError,
@@ -120,7 +115,7 @@ pub fn camera_rays<'py>(
         up_axis: solid::up_axis(up_axis)?,
         ..solid::styled(style)?
     };
-    let geometry = mesh.as_ref().map(|mesh| mesh.geometry(py));
+    let geometry = mesh.as_ref().map(|mesh| mesh.0.now(py));
     let middle = match (&geometry, &camera.start) {
         (Some(geometry), _) => geometry.middle(),
         // Origins are rounded around the eye.
@@ -136,7 +131,7 @@ pub fn camera_rays<'py>(
         camera
     };
     let pool = match &mesh {
-        Some(mesh) => mesh.threads().pool()?,
+        Some(mesh) => mesh.0.threads().pool()?,
         None => threads::shared()?,
     };
     let view = camera.options(middle);
@@ -145,7 +140,7 @@ pub fn camera_rays<'py>(
         let camera = picture::camera(points, &view, &shown, size);
         camera.map(|camera| rays_of(&camera, middle, size, cancelled))
     })?;
-    let (origins, directions) = found.map_err(|error| raised(&error))?.map_err(mesh::raised)?;
+    let (origins, directions) = found.map_err(|error| raised(&error))?.map_err(shared::raised)?;
     Ok((rows(py, origins)?, rows(py, directions)?))
 }
 

@@ -1,10 +1,46 @@
 //! All hits of rays, as columns.
 
-use crate::arrays::{make_room, room};
-use octray::{Geometry, QueryError, query::Rays, ray::PrimitiveId};
+use crate::arrays::make_room;
+use octray::{Geometry, InstancedGeometry, QueryError, query::Rays, ray::PrimitiveId};
 
-/// Rays, triangles and distances of hits.
-pub type HitColumns = (Vec<i64>, Vec<i64>, Vec<f32>);
+/// Rays, instances (of scenes only), triangles and distances of hits.
+#[derive(Clone, Default)]
+pub struct HitColumns {
+    pub ray: Vec<i64>,
+    pub instance: Vec<i64>,
+    pub triangle: Vec<i64>,
+    pub t: Vec<f32>,
+}
+
+impl HitColumns {
+    /// Makes room for `count` more hits of a mesh.
+    fn make_room(&mut self, count: usize) -> Result<(), QueryError> {
+        make_room(&mut self.ray, count)?;
+        make_room(&mut self.triangle, count)?;
+        make_room(&mut self.t, count)
+    }
+}
+
+/// Appends the hits of a few rays in a scene, `first` and those after it. They are one task of the library, on this thread.
+pub fn append_placed(
+    geometry: &InstancedGeometry,
+    (rays, limit): (Rays<'_>, Option<usize>),
+    first: usize,
+    to: &mut HitColumns,
+) -> Result<(), QueryError> {
+    let all = geometry.all_hits_each(rays, limit);
+    to.make_room(all.hits.len())?;
+    make_room(&mut to.instance, all.hits.len())?;
+    for i in 0..rays.len() {
+        for hit in all.of_ray(i) {
+            to.ray.push((first + i) as i64);
+            to.instance.push(hit.instance.0.into());
+            to.triangle.push(hit.primitive.0.into());
+            to.t.push(hit.t);
+        }
+    }
+    Ok(())
+}
 
 /// Rays of which all hits are found between two checks for Ctrl-C: where thousands of triangles overlap, each takes
 /// milliseconds.
@@ -39,18 +75,16 @@ impl AllWanted {
             (trace(), Vec::new())
         };
         let count = all.hits.len() + at_start.len();
-        make_room(&mut to.0, count)?;
-        make_room(&mut to.1, count)?;
-        make_room(&mut to.2, count)?;
+        to.make_room(count)?;
         let mut at_start = at_start.into_iter().peekable();
         for i in 0..rays.len() {
             let own = std::iter::from_fn(|| at_start.next_if(|&(ray, _)| ray == i));
             let own: Vec<(PrimitiveId, f32)> = own.map(|(_, triangle)| (triangle, 0.0)).collect();
             let rest = all.of_ray(i).iter().map(|hit| (hit.primitive, hit.t));
             for (triangle, t) in own.into_iter().chain(rest).take(self.limit.unwrap_or(usize::MAX)) {
-                to.0.push((first + i) as i64);
-                to.1.push(id_of(triangle));
-                to.2.push(t);
+                to.ray.push((first + i) as i64);
+                to.triangle.push(id_of(triangle));
+                to.t.push(t);
             }
         }
         Ok(())
@@ -59,14 +93,19 @@ impl AllWanted {
 
 /// The hits of all parts.
 pub fn joined(parts: Vec<HitColumns>) -> Result<HitColumns, QueryError> {
-    let count = parts.iter().map(|part| part.0.len()).sum();
-    let (mut ray, mut triangle, mut t) = (room(count)?, room(count)?, room(count)?);
+    let mut all = HitColumns::default();
+    all.make_room(parts.iter().map(|part| part.t.len()).sum())?;
+    make_room(
+        &mut all.instance,
+        parts.iter().map(|part| part.instance.len()).sum(),
+    )?;
     for part in parts {
-        ray.extend(part.0);
-        triangle.extend(part.1);
-        t.extend(part.2);
+        all.ray.extend(part.ray);
+        all.instance.extend(part.instance);
+        all.triangle.extend(part.triangle);
+        all.t.extend(part.t);
     }
-    Ok((ray, triangle, t))
+    Ok(all)
 }
 
 pub fn id_of(primitive: PrimitiveId) -> i64 {

@@ -7,6 +7,8 @@ mod hits;
 mod mesh;
 mod picture;
 mod rays;
+mod scene;
+mod shared;
 mod solid;
 mod threads;
 mod whole;
@@ -31,6 +33,7 @@ fn isa() -> String {
 fn _octray(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<mesh::Mesh>()?;
+    module.add_class::<scene::Scene>()?;
     module.add_function(wrap_pyfunction!(picture::render, module)?)?;
     module.add_function(wrap_pyfunction!(camera::camera_rays, module)?)?;
     module.add_function(wrap_pyfunction!(whole::load, module)?)?;

@@ -117,7 +117,7 @@ pub fn render<'py>(
     options: Options<'_>,
 ) -> PyResult<(Bound<'py, PyDict>, Vec<String>)> {
     let (geometry, pool) = match &source {
-        Source::Mesh(mesh) => (Some(mesh.geometry(py)), mesh.threads().pool()?),
+        Source::Mesh(mesh) => (Some(mesh.0.now(py)), mesh.0.threads().pool()?),
         Source::File(_) | Source::Bytes(..) => (None, threads::shared()?),
     };
     let middle = geometry

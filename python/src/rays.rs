@@ -2,7 +2,7 @@
 
 use crate::{
     arrays::{RayEnds, Vectors, part, part_of_all, part_of_ends},
-    mesh::raised,
+    shared::raised,
 };
 use octray::{
     QueryError,

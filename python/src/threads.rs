@@ -118,12 +118,12 @@ fn this_thread() -> usize {
 }
 
 impl Turns {
-    /// Waits for a turn.
+    /// Waits for a turn; `what` is said if this thread has it.
     ///
     /// # Errors
     /// `RuntimeError` if this thread has the turn: a signal handler that waited would wait for itself.
     /// `KeyboardInterrupt`, or what another signal handler raises.
-    pub fn take(&self, py: Python<'_>) -> PyResult<Turn<'_>> {
+    pub fn take(&self, py: Python<'_>, what: &str) -> PyResult<Turn<'_>> {
         let own = std::process::id();
         loop {
             let holder = self.process.load(Ordering::Relaxed);
@@ -136,9 +136,9 @@ impl Turns {
                 return Ok(Turn(self));
             }
             if holder == own && self.thread.load(Ordering::Relaxed) == this_thread() {
-                return Err(PyRuntimeError::new_err(
-                    "refit: this thread is already moving the vertices of this mesh (called from a signal handler?)",
-                ));
+                return Err(PyRuntimeError::new_err(format!(
+                    "{what} (called from a signal handler?)"
+                )));
             }
             py.detach(|| thread::sleep(TURN));
             py.check_signals()?;

@@ -2,7 +2,8 @@
 
 use crate::{
     arrays::rows,
-    mesh::{Mesh, raised},
+    mesh::Mesh,
+    shared::{Shared, raised},
     threads::{Threads, interruptible},
     words,
 };
@@ -20,7 +21,8 @@ pub fn built(
     let threads = Threads::new(threads)?;
     let pool = threads.pool()?;
     let geometry = interruptible(py, &pool, |_| build())??;
-    Ok(Mesh::of(geometry.map_err(raised)?, Arc::new(threads)))
+    let geometry = geometry.map_err(raised)?;
+    Ok(Mesh(Shared::of(geometry, Arc::new(threads))))
 }
 
 /// Loads a mesh file; returns the mesh and warnings.
@@ -51,14 +53,14 @@ type Parts<'py> = (
 /// Takes a mesh apart.
 #[pyfunction]
 pub fn parts<'py>(py: Python<'py>, mesh: PyRef<'_, Mesh>) -> PyResult<Parts<'py>> {
-    let geometry = mesh.geometry(py);
+    let geometry = mesh.0.now(py);
     let (vertices, middle) = geometry.vertices();
     let triangles = rows(py, geometry.triangles().to_vec())?;
     Ok((
         rows(py, vertices)?,
         middle.to_array(),
         triangles,
-        mesh.own_threads(),
+        mesh.0.threads().own,
     ))
 }
 

@@ -54,6 +54,8 @@ def test_types(tmp_path):
         "octray.render(io.BytesIO(), dtype=np.float32, smooth_angle=np.float32(3), lit_from=[0, 0, 1], ground=True)\n"
         "octray.render(open('a.ply', 'rb'), animation=np.int64(1), environment='a.hdr', environment_rotate=3)\n"
         "octray.render(part, vertex_colors=np.eye(3), background='transparent', frame=np.int64(3))\n"
+        "scene = octray.Scene([part], np.eye(4)[None], [0], threads=2)\n"
+        "scene.move(scene.transforms * scene.closest_hit([0, 0, 0], [0, 0, 1]).instance[0])\n"
         "class Other(octray._octray.Mesh): ...\n"
     )
     command = [sys.executable, "-m", "mypy", "--cache-dir", str(tmp_path)]
@@ -61,4 +63,4 @@ def test_types(tmp_path):
     assert done.returncode == 0, done.stdout
     done = subprocess.run([*command, "user.py"], capture_output=True, text=True, cwd=tmp_path)
     errors = [line for line in done.stdout.splitlines() if ": error:" in line]
-    assert len(errors) == 1 and "user.py:10" in errors[0] and "final" in errors[0], done.stdout
+    assert len(errors) == 1 and "user.py:12" in errors[0] and "final" in errors[0], done.stdout

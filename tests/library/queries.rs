@@ -3,6 +3,7 @@
 mod cameras;
 mod crossings;
 mod exact;
+mod instanced;
 mod meshes;
 mod needles;
 mod points;

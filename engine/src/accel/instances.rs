@@ -16,13 +16,14 @@ use crate::{
     simd::Simd,
 };
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// The hierarchies of a scene with instances.
 #[derive(Clone, Debug)]
 pub(crate) struct Instanced {
     nodes: Vec<Node8>,
-    /// By [`PrototypeId`].
-    prototypes: Vec<Bvh>,
+    /// By [`PrototypeId`]; clones share them.
+    prototypes: Arc<[Bvh]>,
 }
 
 impl Instanced {
@@ -34,7 +35,7 @@ impl Instanced {
             let layout = Layout::suiting(prototype.triangles.len(), prototype.vertices.len());
             Bvh::of_part(simd, (scene, Some(id)), quality, layout, steps)
         };
-        let prototypes: Vec<Bvh> = ids.map(of_one).collect();
+        let prototypes = ids.map(of_one).collect();
         Self {
             nodes: nodes_over(simd, scene, quality, steps),
             prototypes,

@@ -21,7 +21,7 @@ pub(super) fn scene_of(
         colors: Vec::new(),
         uvs: Vec::new(),
         tangents: Vec::new(),
-        triangles: copied(triangles)?,
+        triangles: copied(triangles, "the triangles")?,
     };
     builder.add_mesh(mesh, MaterialId(0))?;
     for (i, sphere) in spheres.iter().enumerate() {
@@ -63,6 +63,11 @@ fn offset_of(positions: Points<'_>, spheres: &[Sphere]) -> DVec3 {
         let center = DVec3::from_array(sphere.center);
         (lower, upper) = (lower.min(center), upper.max(center));
     }
+    far_middle([lower, upper])
+}
+
+/// Returns the centre of a box on each axis on which it is farther from 0 than it extends, else 0.
+pub(super) fn far_middle([lower, upper]: [DVec3; 2]) -> DVec3 {
     let is_far = (lower.cmpgt(DVec3::ZERO) & upper.cmple(lower * 2.0))
         | (upper.cmplt(DVec3::ZERO) & lower.cmpge(upper * 2.0));
     DVec3::select(is_far, lower * 0.5 + upper * 0.5, DVec3::ZERO)
@@ -99,9 +104,9 @@ fn reserve<T>(to: &mut Vec<T>, count: usize, what: &'static str) -> Result<(), Q
         .map_err(|_| QueryError::NoMemory { what })
 }
 
-fn copied(triangles: &[[u32; 3]]) -> Result<Vec<[u32; 3]>, QueryError> {
+pub(super) fn copied<T: Copy>(items: &[T], what: &'static str) -> Result<Vec<T>, QueryError> {
     let mut copied = Vec::new();
-    reserve(&mut copied, triangles.len(), "the triangles")?;
-    copied.extend_from_slice(triangles);
+    reserve(&mut copied, items.len(), what)?;
+    copied.extend_from_slice(items);
     Ok(copied)
 }

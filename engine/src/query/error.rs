@@ -10,7 +10,7 @@ pub enum QueryError {
     /// A coordinate is NaN, infinite, or farther than [`MAX_COORDINATE`](crate::scene::MAX_COORDINATE) from 0 (from the
     /// middle of the geometry, if that is far from 0).
     Coordinate {
-        /// "vertex", "sphere" or "offset".
+        /// "vertex", "sphere", "instance" or "offset".
         what: &'static str,
         /// Its index.
         index: usize,
@@ -35,7 +35,7 @@ pub enum QueryError {
     },
     /// More than 32-bit ids or the hierarchy can count.
     TooMany {
-        /// "primitives", "vertices" or "pixels along a side".
+        /// "primitives", "vertices", "meshes", "instances" or "pixels along a side".
         what: &'static str,
         /// The largest number allowed.
         limit: usize,
@@ -61,6 +61,25 @@ pub enum QueryError {
     },
     /// Spheres have no inside in these queries.
     HasSpheres,
+    /// An instance is of a mesh that is not there.
+    MeshIndex {
+        /// The instance's index.
+        instance: usize,
+        /// The mesh index found.
+        index: usize,
+        /// How many meshes there are.
+        meshes: usize,
+    },
+    /// A transform has a number that is NaN or infinite.
+    NotFinite {
+        /// The instance's index.
+        instance: usize,
+    },
+    /// A transform flattens its mesh, or nearly so, or scales it by less than `f32` resolves.
+    Flat {
+        /// The instance's index.
+        instance: usize,
+    },
 }
 
 impl fmt::Display for QueryError {
@@ -113,6 +132,22 @@ impl fmt::Display for QueryError {
             Self::HasSpheres => {
                 f.write_str("inside and outside are told for triangles alone, without spheres")
             }
+            Self::MeshIndex {
+                instance,
+                index,
+                meshes,
+            } => write!(
+                f,
+                "instance {instance} is of mesh {index}, but there are only {meshes} meshes"
+            ),
+            Self::NotFinite { instance } => write!(
+                f,
+                "the transform of instance {instance} has a number that is not finite"
+            ),
+            Self::Flat { instance } => write!(
+                f,
+                "the transform of instance {instance} flattens it: it has no inverse in single precision"
+            ),
         }
     }
 }

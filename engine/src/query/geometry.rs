@@ -1,24 +1,21 @@
 //! The geometry and its ray queries.
 
 use super::{
-    Points, QueryError, Ray, Rays, Worker,
+    AllHits, Points, QueryError, Ray, Rays, Worker,
     coordinates::scene_of,
     exact::{AllOfLine, GivenLine, Line},
-    rays::EightRays,
     sinks::{All, Any, Closest, Crossings},
-    unit::{UnitPacket, UnitRay},
-    worker::PIECE,
+    unit::UnitRay,
+    worker,
 };
 use crate::{
     accel::{Bvh, Child},
-    lanes::LANES,
     ray::Hit,
     scene::{Scene, Shape},
     simd::{Level, at_level},
     trace::{visit, visit_with},
 };
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
 use std::{fmt, sync::OnceLock};
 
 /// A sphere of a geometry.
@@ -29,9 +26,6 @@ pub struct Sphere {
     /// Above 0.
     pub radius: f32,
 }
-
-/// Rays per task when all hits are found.
-const RAYS: usize = 256;
 
 /// Triangles and spheres, ready for queries. All methods may be called from many threads at once.
 ///
@@ -82,23 +76,23 @@ pub struct SurfacePoint {
     pub normal: DVec3,
 }
 
-/// All hits of many rays.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct AllHits {
-    /// The hits, ray by ray, each in order of t, then id.
-    pub hits: Vec<Hit>,
-    /// Where the hits of each ray begin, and finally where the last ones end: one entry more than rays.
-    pub starts: Vec<usize>,
-}
-
-impl AllHits {
-    /// Returns the hits of ray `i`.
-    ///
-    /// # Panics
-    /// If there is no such ray.
-    #[must_use]
-    pub fn of_ray(&self, i: usize) -> &[Hit] {
-        &self.hits[self.starts[i]..self.starts[i + 1]]
+/// Where a line meets a shape, at about `t`, and a normal there of any length.
+pub(super) fn surface_of(shape: Shape, [origin, direction]: GivenLine, t: f32) -> (DVec3, DVec3) {
+    let ahead = origin + direction * f64::from(t);
+    match shape {
+        Shape::Sphere(center, _) => (ahead, ahead - center.as_dvec3()),
+        Shape::Triangle(corners) => {
+            let [a, b, c] = corners.map(Vec3::as_dvec3);
+            let normal = (b - a).cross(c - a);
+            let t = normal.dot(a - origin) / normal.dot(direction);
+            let on_plane = if t.is_finite() {
+                origin + direction * t
+            } else {
+                ahead
+            };
+            let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
+            (on_plane.max(lower).min(upper), normal)
+        }
     }
 }
 
@@ -326,23 +320,8 @@ impl Geometry {
     #[must_use]
     pub fn surface(&self, origin: impl Into<DVec3>, direction: impl Into<DVec3>, hit: &Hit) -> SurfacePoint {
         let middle = self.middle();
-        let (origin, direction) = (origin.into() - middle, direction.into());
-        let ahead = origin + direction * f64::from(hit.t);
-        let (position, normal) = match self.scene.shape(hit.primitive) {
-            Shape::Sphere(center, _) => (ahead, ahead - center.as_dvec3()),
-            Shape::Triangle(corners) => {
-                let [a, b, c] = corners.map(Vec3::as_dvec3);
-                let normal = (b - a).cross(c - a);
-                let t = normal.dot(a - origin) / normal.dot(direction);
-                let on_plane = if t.is_finite() {
-                    origin + direction * t
-                } else {
-                    ahead
-                };
-                let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
-                (on_plane.max(lower).min(upper), normal)
-            }
-        };
+        let line = [origin.into() - middle, direction.into()];
+        let (position, normal) = surface_of(self.scene.shape(hit.primitive), line, hit.t);
         SurfacePoint {
             position: position + middle,
             normal: normal.normalize(),
@@ -361,16 +340,7 @@ impl Geometry {
     /// # Panics
     /// If rays and hits differ in number.
     pub fn closest_hits<'r>(&self, rays: impl Into<Rays<'r>>, hits: &mut [Hit]) {
-        let rays = rays.into();
-        assert_eq!(rays.len(), hits.len(), "a hit for each ray");
-        let pieces = hits.par_chunks_mut(PIECE).enumerate();
-        pieces.for_each_init(
-            || self.worker(),
-            |worker, (piece, hits)| {
-                let start = piece * PIECE;
-                worker.closest_of_piece(rays.part(start..start + hits.len()), hits);
-            },
-        );
+        worker::closest_hits(self, rays.into(), hits);
     }
 
     /// Finds whether each of many rays hits anything, on the threads of the current rayon pool.
@@ -378,16 +348,7 @@ impl Geometry {
     /// # Panics
     /// If rays and results differ in number.
     pub fn occluded_each<'r>(&self, rays: impl Into<Rays<'r>>, occluded: &mut [bool]) {
-        let rays = rays.into();
-        assert_eq!(rays.len(), occluded.len(), "an answer for each ray");
-        let pieces = occluded.par_chunks_mut(PIECE).enumerate();
-        pieces.for_each_init(
-            || self.worker(),
-            |worker, (piece, occluded)| {
-                let start = piece * PIECE;
-                worker.occluded_of_piece(rays.part(start..start + occluded.len()), occluded);
-            },
-        );
+        worker::occluded_each(self, rays.into(), occluded);
     }
 
     /// Finds all hits of many rays, as [`Geometry::all_hits`] does, on the threads of the current rayon pool.
@@ -432,34 +393,6 @@ impl Geometry {
         rays: Rays<'_>,
         append: impl Fn(UnitRay, GivenLine, Vec<Hit>) -> Vec<Hit> + Sync,
     ) -> AllHits {
-        let pieces: Vec<usize> = (0..rays.len()).step_by(RAYS).collect();
-        let found: Vec<(Vec<Hit>, Vec<usize>)> = pieces
-            .into_par_iter()
-            .map(|start| {
-                let end = rays.len().min(start + RAYS);
-                let (mut hits, mut ends) = (Vec::new(), Vec::with_capacity(end - start));
-                let mut eight = EightRays::ZERO;
-                for i in (start..end).step_by(LANES) {
-                    at_level!(self.level, |simd| rays.eight(simd, i, &mut eight));
-                    let units = UnitPacket::new(&eight, self.middle());
-                    for lane in 0..LANES.min(end - i) {
-                        hits = append(units.ray(lane), eight.line(lane), hits);
-                        ends.push(hits.len());
-                    }
-                }
-                (hits, ends)
-            })
-            .collect();
-        let mut all = AllHits {
-            hits: Vec::with_capacity(found.iter().map(|(hits, _)| hits.len()).sum()),
-            starts: Vec::with_capacity(rays.len() + 1),
-        };
-        all.starts.push(0);
-        for (hits, ends) in found {
-            let before = all.hits.len();
-            all.hits.extend(hits);
-            all.starts.extend(ends.into_iter().map(|end| before + end));
-        }
-        all
+        AllHits::of_each(rays, (self.level, self.middle()), append)
     }
 }

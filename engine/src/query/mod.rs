@@ -5,12 +5,14 @@
 //! positions, triangles, spheres -> Geometry: scene relative to its centre, BVH
 //! rays (any length, f32 or f64) -> unit rays in f32 (unit) -> many: packets through the tracer (worker)
 //!                                                          -> one: a visit with a sink (sinks, crossings, exact, places)
+//! geometries, transforms -> InstancedGeometry: prototypes and instances, by the same paths (instanced)
 //! camera -> a ray per pixel (camera)
 //! points -> in Z order (z_order) -> closest point (nearest)
 //!        -> inside (inside: crossings on the way out)
 //! ```
 //! All hits are those of the canonical test: the same for one ray and for many, at every level, on any number of threads.
 
+mod all;
 mod camera;
 mod coordinates;
 mod crossings;
@@ -19,6 +21,7 @@ mod error;
 pub mod exact;
 mod geometry;
 mod inside;
+mod instanced;
 mod mesh;
 #[doc(hidden)]
 pub mod nearest;
@@ -35,9 +38,11 @@ pub mod unit;
 mod worker;
 mod z_order;
 
+pub use all::AllHits;
 pub use camera::CameraRays;
 pub use error::QueryError;
-pub use geometry::{AllHits, Geometry, Sphere, SurfacePoint};
+pub use geometry::{Geometry, Sphere, SurfacePoint};
+pub use instanced::{InstancedGeometry, InstancedHit};
 pub use nearest::ClosestPoint;
 pub use rays::{Ends, Points, Ray, Rays};
 pub use worker::Worker;

@@ -209,6 +209,16 @@ impl Order {
             }
         }
     }
+
+    /// Puts the instances of its packets' hits where the rays were; there may be none.
+    pub(super) fn put_back_instances(&self, found: &[[u32; LANES]], to: &mut Vec<[u32; LANES]>) {
+        to.resize(found.len(), [0; LANES]);
+        for (from, eight) in found.iter().zip(self.places.as_chunks::<LANES>().0) {
+            for (&instance, &place) in from.iter().zip(eight) {
+                to[place as usize / LANES][place as usize % LANES] = instance;
+            }
+        }
+    }
 }
 
 #[cfg(test)]

@@ -1,12 +1,13 @@
-//! The sinks of visits: the closest hit, any hit, all hits, or crossings.
+//! The sinks of visits, in a geometry or in instances: the closest hit, any hit, all hits, or crossings.
 
 use super::{
+    InstancedHit,
     crossings::{self, Crossing},
     unit::{UnitRay, last_reported_as, reported},
 };
 use crate::{
-    ray::{Hit, PrimitiveId},
-    trace::{Found, HitSink},
+    ray::{Hit, InstanceId, PrimitiveId},
+    trace::{Found, FoundThere, HitSink, InstanceSink},
 };
 use glam::Vec3;
 use std::{cmp::Ordering, collections::BinaryHeap};
@@ -63,6 +64,57 @@ impl HitSink for Closest {
     }
 }
 
+/// The closest hit in instances; of equally near ones, that in the first instance.
+pub(super) struct ClosestThere {
+    /// In the prototype's space.
+    best: Hit,
+    instance: InstanceId,
+    distance: f32,
+    start: f32,
+    length: f64,
+}
+
+impl ClosestThere {
+    pub(super) fn new(ray: &UnitRay) -> Self {
+        Self {
+            best: Hit::default(),
+            instance: InstanceId::NONE,
+            distance: ray.ray.t_max,
+            start: ray.start,
+            length: ray.length,
+        }
+    }
+
+    /// The hit, with the scene's ids.
+    pub(super) fn hit(&self) -> Option<InstancedHit> {
+        let t = reported(self.distance, self.length);
+        let is_hit = self.best.is_hit() && t < f32::INFINITY;
+        is_hit.then(|| InstancedHit::new(Hit { t, ..self.best }, self.instance))
+    }
+}
+
+impl InstanceSink for ClosestThere {
+    #[inline(always)]
+    fn end(&self) -> f32 {
+        self.distance
+    }
+    #[inline(always)]
+    fn take(&mut self, there: &FoundThere<'_>) {
+        let wins_tie = match self.instance {
+            InstanceId::NONE => false,
+            instance if instance == there.instance => {
+                self.best.loses_to(there.found.t, there.found.primitive)
+            }
+            instance => there.instance < instance,
+        };
+        let is_nearer = there.distance < self.distance || there.distance == self.distance && wins_tie;
+        if there.distance > self.start && is_nearer {
+            self.best = there.found.hit();
+            (self.instance, self.distance) = (there.instance, there.distance);
+        }
+    }
+}
+
 /// Whether there is a hit.
 pub(super) struct Any {
     start: f32,
@@ -94,19 +146,64 @@ impl HitSink for Any {
     }
 }
 
-/// A hit in order of t, then id.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Ordered(Hit);
+impl InstanceSink for Any {
+    const ANY: bool = true;
 
-impl Eq for Ordered {}
-
-impl Ord for Ordered {
-    fn cmp(&self, other: &Self) -> Ordering {
-        in_order(&self.0, &other.0)
+    #[inline(always)]
+    fn end(&self) -> f32 {
+        HitSink::end(self)
+    }
+    #[inline(always)]
+    fn take(&mut self, there: &FoundThere<'_>) {
+        self.is_hit |= there.distance > self.start && there.distance < self.end;
     }
 }
 
-impl PartialOrd for Ordered {
+/// A hit that is reported, in order of t, then ids.
+pub(super) trait Reported: Copy {
+    fn t(&self) -> f32;
+    fn in_order(&self, other: &Self) -> Ordering;
+}
+
+impl Reported for Hit {
+    fn t(&self) -> f32 {
+        self.t
+    }
+    fn in_order(&self, other: &Self) -> Ordering {
+        in_order(self, other)
+    }
+}
+
+impl Reported for InstancedHit {
+    fn t(&self) -> f32 {
+        self.t
+    }
+    fn in_order(&self, other: &Self) -> Ordering {
+        let ids = |hit: &Self| (hit.instance, hit.primitive);
+        self.t
+            .total_cmp(&other.t)
+            .then_with(|| ids(self).cmp(&ids(other)))
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Ordered<H>(H);
+
+impl<H: Reported> PartialEq for Ordered<H> {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl<H: Reported> Eq for Ordered<H> {}
+
+impl<H: Reported> Ord for Ordered<H> {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.0.in_order(&other.0)
+    }
+}
+
+impl<H: Reported> PartialOrd for Ordered<H> {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
@@ -123,24 +220,24 @@ pub fn in_order(a: &Hit, b: &Hit) -> Ordering {
 const UNORDERED: usize = 16;
 
 /// All hits, or the nearest ones up to a limit.
-pub(super) struct All<'a> {
+pub(super) struct All<'a, H = Hit> {
     ray: UnitRay,
     limit: usize,
     /// Primitives that the hierarchy left out, since they equal an earlier one, after it: in order.
     repeats: &'a [[PrimitiveId; 2]],
     /// Those without a limit.
-    hits: Vec<Hit>,
+    hits: Vec<H>,
     /// With a limit, the nearest ones, the farthest on top.
-    nearest: BinaryHeap<Ordered>,
+    nearest: BinaryHeap<Ordered<H>>,
     end: f32,
 }
 
-impl<'a> All<'a> {
+impl<'a, H: Reported> All<'a, H> {
     pub(super) fn new(
         ray: UnitRay,
         limit: Option<usize>,
         repeats: &'a [[PrimitiveId; 2]],
-        hits: Vec<Hit>,
+        hits: Vec<H>,
     ) -> Self {
         Self {
             ray,
@@ -153,15 +250,14 @@ impl<'a> All<'a> {
     }
 
     /// The hits from `first` on are those of this ray, in order.
-    pub(super) fn into_hits(mut self, first: usize) -> Vec<Hit> {
+    pub(super) fn into_hits(mut self, first: usize) -> Vec<H> {
         self.hits.extend(self.nearest.iter().map(|ordered| ordered.0));
-        self.hits[first..].sort_unstable_by(in_order);
+        self.hits[first..].sort_unstable_by(H::in_order);
         self.hits
     }
 
-    fn keep(&mut self, found: Found) {
-        let hit = hit_of(&found, self.ray.length);
-        if hit.t == f32::INFINITY {
+    fn keep(&mut self, hit: H) {
+        if hit.t() == f32::INFINITY {
             return;
         }
         if self.limit == usize::MAX {
@@ -179,8 +275,12 @@ impl<'a> All<'a> {
             && let Some(Ordered(farthest)) = self.nearest.peek()
         {
             // Of those at the same t, the id decides.
-            self.end = self.end.min(last_reported_as(farthest.t, self.ray.length));
+            self.end = self.end.min(last_reported_as(farthest.t(), self.ray.length));
         }
+    }
+
+    fn covers(&self, distance: f32) -> bool {
+        distance > self.ray.start && distance < self.ray.ray.t_max
     }
 }
 
@@ -189,6 +289,16 @@ pub(super) fn repeats_of(repeats: &[[PrimitiveId; 2]], id: PrimitiveId) -> &[[Pr
     let start = repeats.partition_point(|two| two[0] < id);
     let count = repeats[start..].partition_point(|two| two[0] == id);
     &repeats[start..start + count]
+}
+
+/// Calls `add` with a hit on a primitive, and on each of those that equal it.
+fn with_repeats(repeats: &[[PrimitiveId; 2]], hit: Hit, mut add: impl FnMut(Hit)) {
+    add(hit);
+    if !repeats.is_empty() {
+        for &[_, primitive] in repeats_of(repeats, hit.primitive) {
+            add(Hit { primitive, ..hit });
+        }
+    }
 }
 
 impl HitSink for All<'_> {
@@ -202,14 +312,33 @@ impl HitSink for All<'_> {
     }
     #[inline(always)]
     fn take(&mut self, found: Found) {
-        if found.t <= self.ray.start || found.t >= self.ray.ray.t_max {
-            return;
+        if self.covers(found.t) {
+            let hit = hit_of(&found, self.ray.length);
+            with_repeats(self.repeats, hit, |hit| self.keep(hit));
         }
-        self.keep(found);
-        if !self.repeats.is_empty() {
-            for &[_, primitive] in repeats_of(self.repeats, found.primitive) {
-                self.keep(Found { primitive, ..found });
-            }
+    }
+}
+
+impl InstanceSink for All<'_, InstancedHit> {
+    #[inline(always)]
+    fn end(&self) -> f32 {
+        self.end
+    }
+    #[inline(always)]
+    fn in_order(&self) -> bool {
+        self.limit < UNORDERED
+    }
+    #[inline(always)]
+    fn take(&mut self, there: &FoundThere<'_>) {
+        if self.covers(there.distance) {
+            let t = reported(there.distance, self.ray.length);
+            let hit = Hit {
+                t,
+                ..there.found.hit()
+            };
+            with_repeats(there.repeats, hit, |hit| {
+                self.keep(InstancedHit::new(hit, there.instance));
+            });
         }
     }
 }
@@ -244,14 +373,6 @@ impl<'a> Crossings<'a> {
         }
         self.hits.sort_unstable_by(in_order);
         self.hits
-    }
-}
-
-/// Calls `add` with a hit on a triangle, and on each of those that equal it.
-fn with_repeats(repeats: &[[PrimitiveId; 2]], hit: Hit, mut add: impl FnMut(Hit)) {
-    add(hit);
-    for &[_, primitive] in repeats_of(repeats, hit.primitive) {
-        add(Hit { primitive, ..hit });
     }
 }
 

@@ -13,7 +13,8 @@ use crate::{
     simd::{EightLanes, LaneMask, Lanes, Simd, at_level},
     trace::{Tracer, visit},
 };
-use glam::Vec3;
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 use std::cell::Cell;
 
 /// Packets that are prepared, traced and reported at a time: they stay in the L2 cache.
@@ -21,7 +22,7 @@ use std::cell::Cell;
 const PACKETS: usize = 2048;
 
 /// Rays per task.
-pub(super) const PIECE: usize = PACKETS * LANES;
+const PIECE: usize = PACKETS * LANES;
 
 /// The memory of a worker. A thread keeps it from call to call, because new memory costs as much as tracing.
 #[derive(Debug, Default)]
@@ -34,6 +35,8 @@ struct Buffers {
     /// The origin, if `origins` is empty.
     shared: Vec3,
     hits: Vec<HitPacket>,
+    /// The instances of `hits`, if there are any and rays are sorted.
+    instances: Vec<[u32; LANES]>,
     occluded: Vec<u8>,
     order: Order,
 }
@@ -42,16 +45,112 @@ thread_local! {
     static BUFFERS: Cell<Option<Box<Buffers>>> = const { Cell::new(None) };
 }
 
-/// Traces many rays on the calling thread, with memory that is reused from call to call. [`Geometry::closest_hits`] and
-/// [`Geometry::occluded_each`] use all threads of rayon's pool instead.
+/// What rays are traced through.
+pub trait Target: Sync + Sized {
+    /// A closest hit. The default is a miss at infinity.
+    type Hit: Copy + Default + Send;
+    /// What coordinates are relative to.
+    fn middle(&self) -> DVec3;
+    fn tracer(&self) -> Tracer<'_>;
+    /// The hit of one ray.
+    fn closest(&self, ray: &UnitRay) -> Option<Self::Hit>;
+    /// Whether one ray hits anything.
+    fn blocks(&self, ray: &UnitRay) -> bool;
+    /// Writes up to eight hits, as they are reported. `instances` is empty without any.
+    fn put<S: Simd>(
+        &self,
+        simd: S,
+        found: (&HitPacket, &[u32]),
+        lengths: &[f64; LANES],
+        hits: &mut [Self::Hit],
+    );
+    /// Finds the closest hits of up to [`PIECE`] rays. Here, so that it is compiled with the engine and not with its users, who
+    /// may optimise less.
+    fn closest_of_piece(worker: &mut Worker<'_, Self>, rays: Rays<'_>, hits: &mut [Self::Hit]);
+    /// The same for occlusion.
+    fn occluded_of_piece(worker: &mut Worker<'_, Self>, rays: Rays<'_>, occluded: &mut [bool]);
+}
+
+impl Target for Geometry {
+    type Hit = Hit;
+
+    fn middle(&self) -> DVec3 {
+        self.middle()
+    }
+
+    fn tracer(&self) -> Tracer<'_> {
+        Tracer::new(self.bvh()).at_level(self.level())
+    }
+
+    fn closest(&self, ray: &UnitRay) -> Option<Hit> {
+        let mut closest = Closest::new(ray);
+        visit(self.level(), self.bvh(), &ray.ray, &mut closest);
+        closest.hit()
+    }
+
+    fn blocks(&self, ray: &UnitRay) -> bool {
+        let mut any = Any::new(ray);
+        visit(self.level(), self.bvh(), &ray.ray, &mut any);
+        any.is_hit
+    }
+
+    #[inline(always)]
+    fn put<S: Simd>(
+        &self,
+        simd: S,
+        (found, _): (&HitPacket, &[u32]),
+        lengths: &[f64; LANES],
+        hits: &mut [Hit],
+    ) {
+        put(simd, found, lengths, hits);
+    }
+
+    fn closest_of_piece(worker: &mut Worker<'_, Self>, rays: Rays<'_>, hits: &mut [Hit]) {
+        worker.closest_of_piece(rays, hits);
+    }
+
+    fn occluded_of_piece(worker: &mut Worker<'_, Self>, rays: Rays<'_>, occluded: &mut [bool]) {
+        worker.occluded_of_piece(rays, occluded);
+    }
+}
+
+/// Traces many rays on the calling thread, with memory that is reused from call to call. [`Geometry::closest_hits`],
+/// [`Geometry::occluded_each`] and those of [`InstancedGeometry`](crate::InstancedGeometry) use all threads of rayon's pool
+/// instead.
 #[derive(Debug)]
-pub struct Worker<'a> {
-    geometry: &'a Geometry,
+pub struct Worker<'a, G = Geometry> {
+    geometry: &'a G,
     tracer: Tracer<'a>,
     buffers: Box<Buffers>,
 }
 
-impl Drop for Worker<'_> {
+/// Finds closest hits on the threads of the current rayon pool.
+pub(super) fn closest_hits<G: Target>(geometry: &G, rays: Rays<'_>, hits: &mut [G::Hit]) {
+    assert_eq!(rays.len(), hits.len(), "a hit for each ray");
+    let pieces = hits.par_chunks_mut(PIECE).enumerate();
+    pieces.for_each_init(
+        || Worker::new(geometry),
+        |worker, (piece, hits)| {
+            let start = piece * PIECE;
+            G::closest_of_piece(worker, rays.part(start..start + hits.len()), hits);
+        },
+    );
+}
+
+/// Tests rays for hits on the threads of the current rayon pool.
+pub(super) fn occluded_each<G: Target>(geometry: &G, rays: Rays<'_>, occluded: &mut [bool]) {
+    assert_eq!(rays.len(), occluded.len(), "an answer for each ray");
+    let pieces = occluded.par_chunks_mut(PIECE).enumerate();
+    pieces.for_each_init(
+        || Worker::new(geometry),
+        |worker, (piece, occluded)| {
+            let start = piece * PIECE;
+            G::occluded_of_piece(worker, rays.part(start..start + occluded.len()), occluded);
+        },
+    );
+}
+
+impl<G> Drop for Worker<'_, G> {
     fn drop(&mut self) {
         let buffers = std::mem::take(&mut self.buffers);
         // Fails on a thread that is ending: the buffers are dropped.
@@ -59,11 +158,11 @@ impl Drop for Worker<'_> {
     }
 }
 
-impl<'a> Worker<'a> {
-    pub(super) fn new(geometry: &'a Geometry) -> Self {
+impl<'a, G: Target> Worker<'a, G> {
+    pub(super) fn new(geometry: &'a G) -> Self {
         Self {
             geometry,
-            tracer: Tracer::new(geometry.bvh()).at_level(geometry.level()),
+            tracer: geometry.tracer(),
             buffers: BUFFERS.take().unwrap_or_default(),
         }
     }
@@ -72,12 +171,12 @@ impl<'a> Worker<'a> {
     ///
     /// # Panics
     /// If rays and hits differ in number.
-    pub fn closest_hits<'r>(&mut self, rays: impl Into<Rays<'r>>, hits: &mut [Hit]) {
+    pub fn closest_hits<'r>(&mut self, rays: impl Into<Rays<'r>>, hits: &mut [G::Hit]) {
         let rays = rays.into();
         assert_eq!(rays.len(), hits.len(), "a hit for each ray");
         for (piece, hits) in hits.chunks_mut(PIECE).enumerate() {
             let start = piece * PIECE;
-            self.closest_of_piece(rays.part(start..start + hits.len()), hits);
+            G::closest_of_piece(self, rays.part(start..start + hits.len()), hits);
         }
     }
 
@@ -90,7 +189,7 @@ impl<'a> Worker<'a> {
         assert_eq!(rays.len(), occluded.len(), "an answer for each ray");
         for (piece, occluded) in occluded.chunks_mut(PIECE).enumerate() {
             let start = piece * PIECE;
-            self.occluded_of_piece(rays.part(start..start + occluded.len()), occluded);
+            G::occluded_of_piece(self, rays.part(start..start + occluded.len()), occluded);
         }
     }
 
@@ -126,7 +225,7 @@ impl<'a> Worker<'a> {
         });
     }
 
-    pub(super) fn closest_of_piece(&mut self, rays: Rays<'_>, hits: &mut [Hit]) {
+    pub(super) fn closest_of_piece(&mut self, rays: Rays<'_>, hits: &mut [G::Hit]) {
         self.prepare(rays);
         self.buffers
             .hits
@@ -141,26 +240,34 @@ impl<'a> Worker<'a> {
             let order = &mut self.buffers.order;
             self.tracer.closest_hit(origins, &order.packets, &mut order.hits);
             order.put_back(&mut self.buffers.hits);
+            order.put_back_instances(self.tracer.instances_hit(), &mut self.buffers.instances);
         } else {
             self.tracer
                 .closest_hit(origins, &self.buffers.packets, &mut self.buffers.hits);
+            self.buffers.instances.clear();
         }
+        let instances = match &self.buffers.instances[..] {
+            [] => self.tracer.instances_hit(),
+            sorted => sorted,
+        };
         at_level!(self.tracer.level(), |simd| {
             for (i, hits) in hits.chunks_mut(LANES).enumerate() {
-                put(simd, &self.buffers.hits[i], &self.buffers.lengths[i], hits);
+                let found = (
+                    &self.buffers.hits[i],
+                    instances.get(i).map_or(&[][..], |eight| &eight[..]),
+                );
+                self.geometry.put(simd, found, &self.buffers.lengths[i], hits);
             }
         });
         for (i, start) in self.buffers.starts.iter().enumerate() {
             for lane in 0..LANES {
                 if start[lane] > 0.0
                     && let Some(hit) = hits.get_mut(i * LANES + lane)
-                    && hit.is_hit()
+                    && self.buffers.hits[i].hit(lane).is_hit()
                     && self.buffers.hits[i].t.as_array()[lane] <= start[lane]
                 {
                     let ray = self.ray(i, lane);
-                    let mut closest = Closest::new(&ray);
-                    visit(self.geometry.level(), self.geometry.bvh(), &ray.ray, &mut closest);
-                    *hit = closest.hit().unwrap_or(Hit::miss(f32::INFINITY));
+                    *hit = self.geometry.closest(&ray).unwrap_or_default();
                 }
             }
         }
@@ -194,10 +301,7 @@ impl<'a> Worker<'a> {
                     && let Some(answer) = answers.get_mut(i * LANES + lane)
                     && *answer
                 {
-                    let ray = self.ray(i, lane);
-                    let mut any = Any::new(&ray);
-                    visit(self.geometry.level(), self.geometry.bvh(), &ray.ray, &mut any);
-                    *answer = any.is_hit;
+                    *answer = self.geometry.blocks(&self.ray(i, lane));
                 }
             }
         }
@@ -214,7 +318,7 @@ fn origins(separate: &[Vec3x8], shared: Vec3) -> Origins<'_> {
 
 /// Writes up to eight hits, as they are reported.
 #[inline(always)]
-fn put<S: Simd>(simd: S, found: &HitPacket, lengths: &[f64; LANES], hits: &mut [Hit]) {
+pub(super) fn put<S: Simd>(simd: S, found: &HitPacket, lengths: &[f64; LANES], hits: &mut [Hit]) {
     let mut t = [0.0; LANES];
     for lane in 0..LANES {
         t[lane] = reported(found.t.as_array()[lane], lengths[lane]);

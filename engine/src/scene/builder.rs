@@ -425,9 +425,9 @@ impl SceneBuilder {
         } = self;
         let has_glass = materials.iter().any(|m| matches!(m, Material::Glass { .. }));
         let mut scene = Scene {
-            vertices,
-            triangles,
-            spheres,
+            vertices: vertices.into(),
+            triangles: triangles.into(),
+            spheres: spheres.into(),
             planes,
             prototypes,
             instances: Vec::new(),

@@ -223,7 +223,7 @@ impl Placement {
     }
 
     #[must_use]
-    fn point_in_f64(&self, p: DVec3) -> DVec3 {
+    pub(crate) fn point_in_f64(&self, p: DVec3) -> DVec3 {
         let place = |i: usize| {
             let [a, b, c] = self.linear[i];
             a * p.x + b * p.y + c * p.z + self.offset[i]
@@ -241,12 +241,28 @@ impl Placement {
     /// The unit normal in the scene of a surface with this normal: that of the inverse transpose.
     #[must_use]
     pub fn normal(&self, normal: Vec3) -> Vec3 {
-        let n = normal.as_dvec3();
-        let [a, b, c] = &self.rows;
-        let along = |i: usize| a[i] * n.x + b[i] * n.y + c[i] * n.z;
-        let (x, y, z) = (along(0), along(1), along(2));
+        let DVec3 { x, y, z } = self.normal_in_f64(normal.as_dvec3());
         let length = (x * x + y * y + z * z).sqrt();
         Vec3::new((x / length) as f32, (y / length) as f32, (z / length) as f32)
+    }
+
+    /// That normal in `f64`, of another length.
+    #[inline]
+    pub(crate) fn normal_in_f64(&self, n: DVec3) -> DVec3 {
+        let [a, b, c] = &self.rows;
+        let along = |i: usize| a[i] * n.x + b[i] * n.y + c[i] * n.z;
+        DVec3::new(along(0), along(1), along(2))
+    }
+
+    /// A line in the scene, relative to its origin, in the prototype's space: a point and a direction, with the same t.
+    pub(crate) fn image_of_line(&self, [origin, direction]: [DVec3; 2]) -> [DVec3; 2] {
+        let image = |v: DVec3, w: f64| {
+            let [x, y, z] = self
+                .rows
+                .map(|row| row[0] * v.x + row[1] * v.y + row[2] * v.z + row[3] * w);
+            DVec3::new(x, y, z)
+        };
+        [image(origin, 1.0), image(direction, 0.0)]
     }
 
     /// An upper bound on the scene coordinates of points with coordinates up to `magnitude`; it bounds the rounding of

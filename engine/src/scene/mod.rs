@@ -78,7 +78,7 @@ use glam::{DVec3, Vec3};
 use std::{
     collections::BTreeSet,
     path::PathBuf,
-    sync::atomic::{AtomicU64, Ordering},
+    sync::{Arc, atomic},
 };
 
 /// The largest absolute coordinate, radius or intensity of a scene. The kernels multiply up to four differences of
@@ -179,9 +179,10 @@ pub struct Sources {
 /// [prototypes](Scene::prototypes).
 #[derive(Debug)]
 pub struct Scene {
-    vertices: Vertices,
-    triangles: Triangles,
-    spheres: Spheres,
+    // Shared by scenes that differ in their instances only.
+    vertices: Arc<Vertices>,
+    triangles: Arc<Triangles>,
+    spheres: Arc<Spheres>,
     planes: Vec<Plane>,
     prototypes: Vec<Prototype>,
     instances: Vec<Instance>,
@@ -218,8 +219,8 @@ pub(crate) struct SceneId(u64);
 
 impl SceneId {
     pub(crate) fn next() -> Self {
-        static NEXT: AtomicU64 = AtomicU64::new(0);
-        Self(NEXT.fetch_add(1, Ordering::Relaxed))
+        static NEXT: atomic::AtomicU64 = atomic::AtomicU64::new(0);
+        Self(NEXT.fetch_add(1, atomic::Ordering::Relaxed))
     }
 }
 

@@ -5,6 +5,7 @@ use super::{Scene, builder::MIN_PIECE, instance::gaps};
 use crate::math::Aabb;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Returns the centre of `bounds` on each axis on which the box is further from 0 than it is long, else 0. Subtracting it
 /// is exact: no coordinate is less than half or more than twice as large (Sterbenz's lemma).
@@ -60,7 +61,9 @@ impl Scene {
     pub(super) fn move_to_origin(&mut self) {
         let origin = origin_of(self.bounds);
         self.origin = origin;
-        let (v, s) = (&mut self.vertices, &mut self.spheres);
+        let (Some(v), Some(s)) = (Arc::get_mut(&mut self.vertices), Arc::get_mut(&mut self.spheres)) else {
+            unreachable!("a new scene shares nothing");
+        };
         let (vertices, spheres) = (v.x.len() as u32, s.radius.len() as u32);
         for range in gaps(self.prototypes.iter().map(|p| p.vertices.clone()), vertices) {
             let range = range.start as usize..range.end as usize;

@@ -128,8 +128,13 @@ impl Transform {
             .all(|&area| area == DVec3::ZERO)
     }
 
+    /// Returns whether no number is NaN or infinite.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.linear.is_finite() && self.offset.is_finite()
+    }
+
     /// The matrix, and the image of a point.
-    pub(super) fn about(&self, point: DVec3) -> (DMat3, DVec3) {
+    pub(crate) fn about(&self, point: DVec3) -> (DMat3, DVec3) {
         (self.linear, self.linear * point + self.offset)
     }
 

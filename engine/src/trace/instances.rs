@@ -6,7 +6,10 @@
 
 mod groups;
 mod images;
+mod visit;
 mod waves;
+
+pub(crate) use visit::{FoundThere, InstanceSink, visit_instances};
 
 use super::{Method, Tracer, bits::bits, run::invalid};
 use crate::{

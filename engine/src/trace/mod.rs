@@ -54,6 +54,7 @@ use bits::{bits, bits64, largest_axis, part};
 use frustum::Frustum;
 use glam::Vec3;
 use instances::Instances;
+pub(crate) use instances::{FoundThere, InstanceSink, visit_instances};
 use origins::{Separate, Shared};
 use policy::CoherencePolicy;
 pub use policy::Method;

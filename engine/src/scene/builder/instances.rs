@@ -5,13 +5,13 @@ use crate::{
     error::SceneError,
     math::{Aabb, max},
     scene::{
-        Instance, MAX_INSTANCES, MAX_PROTOTYPES, Prototype, PrototypeId, Spheres, Transform,
-        instance::Unplaced,
+        Instance, MAX_INSTANCES, MAX_PROTOTYPES, Prototype, PrototypeId, Scene, SceneId, Spheres, Transform,
+        instance::Unplaced, origin::origin_of,
     },
 };
 use glam::Vec3;
 use rayon::prelude::*;
-use std::ops::Range;
+use std::{ops::Range, sync::Arc};
 
 /// An instance, before and after it is placed, and its share of the hierarchy's build; bytes.
 #[doc(hidden)]
@@ -167,4 +167,46 @@ pub(in crate::scene) fn bounds(prototypes: &[Prototype], instances: &[Unplaced])
 pub(super) fn placed(instances: &[Unplaced], origin: Vec3) -> Vec<Instance> {
     let instances = instances.par_iter().with_min_len(1 << 10);
     instances.map(|instance| instance.at(origin)).collect()
+}
+
+impl Scene {
+    /// Returns a scene of these prototypes, which it shares, with `count` other instances and nothing else. A BVH of this scene
+    /// can [follow](crate::accel::Bvh::follow) it if both have instances. `instance` returns the prototype of each, which is not
+    /// empty, and its placement.
+    ///
+    /// # Errors
+    /// The index of the first instance that cannot be placed, and why: as [`SceneBuilder::add_instance`].
+    pub(crate) fn placed(
+        &self,
+        count: usize,
+        instance: impl Fn(usize) -> (PrototypeId, Transform) + Sync,
+    ) -> Result<Self, (usize, SceneError)> {
+        if count > MAX_INSTANCES {
+            let (what, limit) = ("instances", MAX_INSTANCES);
+            return Err((limit, SceneError::TooMany { what, limit }));
+        }
+        let unplaced = |i: usize| {
+            let (id, transform) = instance(i);
+            Unplaced::new(&self.prototypes[id.0 as usize], id, &transform).map_err(|error| (i, error))
+        };
+        let all: Result<Vec<Unplaced>, _> = (0..count)
+            .into_par_iter()
+            .with_min_len(1 << 10)
+            .map(&unplaced)
+            .collect();
+        // Any thread may be the first to fail.
+        let all = all.map_err(|any| (0..count).find_map(|i| unplaced(i).err()).unwrap_or(any))?;
+        let mut scene = SceneBuilder::new().finish();
+        scene.vertices = Arc::clone(&self.vertices);
+        scene.triangles = Arc::clone(&self.triangles);
+        scene.spheres = Arc::clone(&self.spheres);
+        scene.prototypes.clone_from(&self.prototypes);
+        scene.degenerate = self.degenerate;
+        scene.moving.meshes = self.moving.meshes;
+        scene.id = SceneId::next();
+        scene.bounds = bounds(&scene.prototypes, &all);
+        scene.origin = origin_of(scene.bounds);
+        scene.instances = placed(&all, scene.origin);
+        Ok(scene)
+    }
 }

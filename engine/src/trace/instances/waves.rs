@@ -6,24 +6,25 @@ use super::{
     images::{Images, Meeting},
 };
 use crate::{
-    accel::Node8,
+    accel::{Instanced, Node8},
     lanes::LANES,
     ray::{InstanceId, Origins, Ray, RayPacket},
+    scene::Scene,
     simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Lanes, unpack},
     trace::{bits::bits, cut_outs::ray, single::SingleRay},
 };
 
 /// A ray that traverses the BVH over the instances.
 #[derive(Debug)]
-struct Walk {
+pub(super) struct Walk {
     /// Its packet and lane.
     at: (usize, usize),
     ray: Ray,
     single: SingleRay,
     /// Where the ray ends, or its nearest hit; negative when it is done.
-    end: f32,
+    pub(super) end: f32,
     /// Children that it has yet to visit, and where it enters them, the nearest last.
-    todo: Vec<(f32, Slot)>,
+    pub(super) todo: Vec<(f32, Slot)>,
 }
 
 /// The memory of waves.
@@ -52,15 +53,11 @@ impl Instances<'_> {
                 if !ray.is_valid() {
                     continue;
                 }
-                let mut walk = Walk {
-                    at: (p, lane),
-                    ray,
-                    single: SingleRay::of(&ray),
-                    end: ends.lane(lane),
-                    todo: waves.stacks.pop().unwrap_or_default(),
-                };
-                self.push_children(simd, &mut walk, 0);
-                waves.walks.push(walk);
+                let stack = waves.stacks.pop().unwrap_or_default();
+                let ray = (ray, ends.lane(lane));
+                waves
+                    .walks
+                    .push(Walk::new(simd, self.instanced, ray, (p, lane), stack));
             }
         }
         while !waves.walks.is_empty() {
@@ -76,7 +73,7 @@ impl Instances<'_> {
         let Waves { walks, stacks } = waves;
         let mut i = 0;
         while let Some(walk) = walks.get_mut(i) {
-            if let Some(met) = self.next_met(simd, walk) {
+            if let Some(met) = walk.next_met(simd, self.scene, self.instanced) {
                 images.met.push(Meeting {
                     at: walk.at,
                     met,
@@ -101,26 +98,48 @@ impl Instances<'_> {
             walks[meeting.walk].end = meeting.end;
         }
     }
+}
 
-    /// The next instance that a ray meets.
+impl Walk {
+    /// Begins at the root, with an empty stack.
     #[inline(always)]
-    fn next_met<S: Simd>(&self, simd: S, walk: &mut Walk) -> Option<Met> {
-        while let Some((near, slot)) = walk.todo.pop() {
-            if near > walk.end {
+    pub(super) fn new<S: Simd>(
+        simd: S,
+        instanced: &Instanced,
+        (ray, end): (Ray, f32),
+        at: (usize, usize),
+        todo: Vec<(f32, Slot)>,
+    ) -> Self {
+        let mut walk = Self {
+            at,
+            ray,
+            single: SingleRay::of(&ray),
+            end,
+            todo,
+        };
+        walk.push_children(simd, instanced, 0);
+        walk
+    }
+
+    /// The next instance that the ray meets.
+    #[inline(always)]
+    pub(super) fn next_met<S: Simd>(&mut self, simd: S, scene: &Scene, instanced: &Instanced) -> Option<Met> {
+        while let Some((near, slot)) = self.todo.pop() {
+            if near > self.end {
                 continue;
             }
             let (node_i, lane) = (slot as usize / LANES, slot as usize % LANES);
-            let node = &self.instanced.nodes()[node_i];
+            let node = &instanced.nodes()[node_i];
             let child = node.child[lane];
             if child.is_inner() {
-                self.push_children(simd, walk, child.index());
+                self.push_children(simd, instanced, child.index());
                 continue;
             }
-            let [near, far] = interval(simd, &walk.single, node, lane);
+            let [near, far] = interval(simd, &self.single, node, lane);
             if near > far {
                 continue;
             }
-            if let Some(image) = self.scene.instances()[child.index()].image(&walk.ray) {
+            if let Some(image) = scene.instances()[child.index()].image(&self.ray) {
                 let id = InstanceId(child.index() as u32);
                 return Some(Met { id, image, near, far });
             }
@@ -128,15 +147,15 @@ impl Instances<'_> {
         None
     }
 
-    /// Puts the children of a node that a ray enters on its stack.
+    /// Puts the children of a node that the ray enters on its stack.
     #[inline(always)]
-    fn push_children<S: Simd>(&self, simd: S, walk: &mut Walk, node_i: usize) {
-        let node = &self.instanced.nodes()[node_i];
-        let (entered, near) = walk.single.enter(simd, node, walk.end);
+    fn push_children<S: Simd>(&mut self, simd: S, instanced: &Instanced, node_i: usize) {
+        let node = &instanced.nodes()[node_i];
+        let (entered, near) = self.single.enter(simd, node, self.end);
         let (entries, count) = near.nearest_last(entered);
         for &entry in entries.iter().take(count) {
             let (near, lane) = unpack(entry);
-            walk.todo.push((near, (node_i * LANES + lane) as Slot));
+            self.todo.push((near, (node_i * LANES + lane) as Slot));
         }
     }
 }
