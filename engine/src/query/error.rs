@@ -17,7 +17,7 @@ pub enum QueryError {
         /// The coordinate found.
         value: f64,
     },
-    /// The point that coordinates are relative to is not finite in `f32`.
+    /// The point that coordinates are relative to is not finite.
     Middle {
         /// 0 for x, 1 for y, 2 for z.
         axis: usize,
@@ -85,7 +85,7 @@ impl fmt::Display for QueryError {
             }
             Self::Middle { axis, value } => write!(
                 f,
-                "the middle of the geometry has the {} {value:e}, expected a finite number in single precision",
+                "the middle of the geometry has the {} {value}, expected a finite number",
                 ["x", "y", "z"].get(*axis).unwrap_or(&"")
             ),
             Self::Radius { sphere, radius } => {
