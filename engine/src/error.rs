@@ -116,6 +116,13 @@ pub enum SceneError {
         /// The smallest and the largest allowed number.
         range: (f32, f32),
     },
+    /// The inner angle of a spot is NaN, negative, or above the outer one.
+    InnerAngle {
+        /// Degrees.
+        inner: f32,
+        /// Degrees.
+        outer: f32,
+    },
     /// A triangle has a vertex index beyond its mesh's vertices.
     VertexIndex {
         /// The triangle's index in the mesh, 0-based.
@@ -209,15 +216,9 @@ impl fmt::Display for SceneError {
             Self::NotUsable { what, value } => write!(f, "{what} is {value}, expected a finite number"),
             Self::NotPositive { what, value } => write!(f, "{what} is {value}, expected a number above 0"),
             Self::Negative { what, value } => write!(f, "{what} is {value}, expected 0 or more"),
-            // The upper end is another number of the spot.
-            Self::OutOfRange {
-                what: what @ "inner",
-                value,
-                range,
-            } => write!(
+            Self::InnerAngle { inner, outer } => write!(
                 f,
-                "{what} is {value}, expected a number from {} to the outer angle, {}",
-                range.0, range.1
+                "inner is {inner}, expected a number from 0 to the outer angle, {outer}"
             ),
             Self::OutOfRange { what, value, range } => {
                 write!(

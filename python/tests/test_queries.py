@@ -188,6 +188,8 @@ def test_copies_and_pickles(ball):
         assert np.array_equal(other.signed_distance(points), mesh.signed_distance(points))
         other.refit(vertices)
         assert other.bounds[1, 1] == 1 and mesh.bounds[1, 1] > 5e6
+    beyond_single = octray.Mesh(vertices * [0, 1, 1] + [1e39, 0, 0], faces)
+    assert pickle.loads(pickle.dumps(beyond_single)).bounds.tolist() == beyond_single.bounds.tolist()
     away = pickle.loads(pickle.dumps(hits))
     assert np.array_equal(away.position, hits.position, equal_nan=True)
     assert np.array_equal(copy.deepcopy(away).t, hits.t)

@@ -5,6 +5,8 @@
 //!
 //! Format: *OFF*, Geomview manual, The Geometry Center, 1992.
 
+mod free;
+
 use super::{
     budget::Budget,
     left_out::LeftOut,
@@ -19,6 +21,7 @@ use crate::{
     error::{LoadError, LoadErrorKind, SceneError, quote},
     scene::{MAX_MATERIALS, TriangleMesh, is_usable},
 };
+use free::Vertices;
 use std::{collections::HashMap, ops::Range, path::Path};
 
 /// Whether text begins as OFF does.
@@ -40,12 +43,40 @@ pub(super) fn is_off(text: &[u8]) -> bool {
 /// [`LoadError`], with line and column.
 pub(super) fn parse(bytes: &[u8], path: &Path, budget: &Budget) -> Result<LoadedMesh, LoadError> {
     let located = |fault: TextFault| fault.into_error(bytes, path);
-    let (mut mesh, unusable) = read(bytes, path, budget).map_err(located)?;
+    let before = budget.taken();
+    let read = read(bytes, path, budget).or_else(|fault| {
+        budget.give_back_to(before);
+        read_free(bytes, path, budget).unwrap_or(Err(fault))
+    });
+    let (mut mesh, unusable) = read.map_err(located)?;
     mesh.keep_used(unusable.map(located), path, budget)?;
     Ok(mesh)
 }
 
-fn read(text: &[u8], path: &Path, budget: &Budget) -> Result<(LoadedMesh, Unusable<TextFault>), TextFault> {
+/// A mesh, and its points that are not usable.
+type Read = Result<(LoadedMesh, Unusable<TextFault>), TextFault>;
+
+/// Reads a mesh in free format; `None` if it is in no format.
+fn read_free(text: &[u8], path: &Path, budget: &Budget) -> Option<Read> {
+    let before = budget.taken();
+    for vertices in [Vertices::Lines, Vertices::Numbers] {
+        if let Err(error) = budget.take(text.len()) {
+            return Some(Err(error.into()));
+        }
+        let read = free::in_lines(text, vertices).map(|text| read(&text, path, budget));
+        match read {
+            Some(Ok(read)) => {
+                budget.give_back(text.len());
+                return Some(Ok(read));
+            }
+            Some(Err(fault)) if fault.is_limit() => return Some(Err(fault)),
+            _ => budget.give_back_to(before),
+        }
+    }
+    None
+}
+
+fn read(text: &[u8], path: &Path, budget: &Budget) -> Read {
     if text.is_empty() {
         return Err(TextFault::new(0..0, "the file is empty, expected an OFF mesh"));
     }

@@ -56,6 +56,11 @@ impl TextFault {
         }
     }
 
+    /// Whether the file may be right, but takes more than there is.
+    pub(super) fn is_limit(&self) -> bool {
+        self.kind == LoadErrorKind::Limit
+    }
+
     /// Sets the kind of its error.
     pub(super) fn with_kind(self, kind: LoadErrorKind) -> Self {
         Self { kind, ..self }

@@ -74,6 +74,7 @@ pub(super) fn parse(
         own_is_srgb: false,
         meshes: Meshes::default(),
         placements: HashSet::new(),
+        placing: 0,
         prototypes: HashMap::new(),
         mesh_cameras: 0,
         mesh_notes: 0,
@@ -190,6 +191,8 @@ struct Reader<'a> {
     meshes: Meshes,
     /// The meshes that are placed, which repetitions do not place again.
     placements: HashSet<PlacementKey>,
+    /// How many statements place meshes, repetitions included.
+    placing: usize,
     /// The prototypes of instances.
     prototypes: HashMap<PrototypeKey, PrototypeId>,
     /// How many cameras the meshes have.

@@ -40,6 +40,8 @@ pub(super) struct Images {
     paths: Vec<Arc<Path>>,
     /// As the mesh writes them, if they are absolute paths.
     absolute: Vec<Option<Box<str>>>,
+    /// See [`Encoded::is_normal_map`].
+    normal_maps: Vec<bool>,
     numbers: HashMap<Arc<Path>, u32>,
 }
 
@@ -73,7 +75,15 @@ impl Images {
         self.numbers.insert(Arc::clone(&path), number);
         self.paths.push(path);
         self.absolute.push(absolute.map(Into::into));
+        self.normal_maps.push(false);
         Ok(Some(number))
+    }
+
+    /// Records that an image is a normal map where it is shown as one, whatever it looks like.
+    pub(super) fn set_normal_map(&mut self, number: u32) {
+        if let Some(is_normal_map) = self.normal_maps.get_mut(number as usize) {
+            *is_normal_map = true;
+        }
     }
 
     /// Reads and decodes the images that triangles show: those of `surfaces`, which `surface_of` numbers. `path` is the
@@ -102,8 +112,10 @@ impl Images {
         }
         notes.extend(beside.note());
         let mut encoded = Vec::new();
-        for ((file, name), read) in self.paths.iter().zip(&self.absolute).zip(&read) {
+        let named = self.paths.iter().zip(&self.absolute).zip(&self.normal_maps);
+        for (((file, name), &is_normal_map), read) in named.zip(&read) {
             encoded.push(read.as_ref().map(|read| Encoded {
+                is_normal_map,
                 name: match name {
                     Some(name) => name.to_string(),
                     None => file.to_string_lossy().into_owned(),
@@ -138,6 +150,8 @@ pub(super) struct Encoded<'a> {
     pub(super) name: String,
     /// Its bytes, or why they could not be read.
     pub(super) bytes: Result<&'a [u8], String>,
+    /// Whether it is a normal map where it is shown as one; else its pixels tell.
+    pub(super) is_normal_map: bool,
 }
 
 /// Why a file could not be read, without its name.
@@ -290,10 +304,12 @@ pub(super) fn decode(
     let encoded: Vec<Option<&Encoded<'_>>> = uses.iter().map(|&(image, _)| by_number(image)).collect();
     let first = first_of_equal(&encoded, &uses);
     let keeps_alpha = images_with_opacity(&first, surfaces);
-    let content = |(&(_, role), keeps_alpha): (&Use, bool)| match role {
+    let content = |(&(image, role), keeps_alpha): (&Use, bool)| match role {
         Role::Color if keeps_alpha => Content::ColorsAndAlpha,
         Role::Color => Content::Colors,
-        Role::Normal => Content::Normals,
+        Role::Normal => Content::Normals {
+            is_sure: by_number(image).is_some_and(|encoded| encoded.is_normal_map),
+        },
         Role::Occlusion => Content::Numbers,
         Role::Highlight(highlight) => Content::Highlight(highlight, highlight.base().and_then(by_number)),
     };
@@ -395,7 +411,10 @@ fn name_uses(surfaces: &mut [Surface], highlights: &[Option<Highlight>]) -> Vec<
 enum Content<'a> {
     Colors,
     ColorsAndAlpha,
-    Normals,
+    Normals {
+        /// Whether it may look like anything.
+        is_sure: bool,
+    },
     Numbers,
     /// With the image of the base colour.
     Highlight(Highlight, Option<&'a Encoded<'a>>),

@@ -13,7 +13,7 @@ use std::borrow::Cow;
 
 /// The kinds that are read.
 const EXPECTED: &str = "expected grey, RGB or CMYK of 8-bit or 16-bit integers, RGB of 32-bit floats, black and white, or a \
-                        palette of 256 colours";
+                        palette of 2 or 256 colours";
 
 /// Tags.
 const BITS: u16 = 258;
@@ -28,7 +28,7 @@ const GREY: u8 = 1;
 const PALETTE: u64 = 3;
 /// The extra channel that is alpha of premultiplied colours.
 const PREMULTIPLIED: u64 = 1;
-/// Colours of a palette that is read.
+/// The most colours of a palette that is read.
 const COLORS: usize = 256;
 
 /// A TIFF file of a kind that is read.
@@ -41,6 +41,7 @@ pub(crate) struct Tiff {
 /// The palette of a file.
 #[derive(Clone, Copy)]
 struct Palette {
+    /// By the grey that the decoder makes of an index: the index itself, or black and white.
     colors: [[u8; 3]; COLORS],
     /// The byte of the file that says that it has one.
     said_at: usize,
@@ -184,23 +185,25 @@ fn found(directory: &Directory<'_>) -> String {
 }
 
 impl Palette {
-    /// `None` if the picture has none of 256 colours.
+    /// `None` if the picture has none of 2 or 256 colours.
     fn of(directory: &Directory<'_>) -> Option<Self> {
+        let bits = directory.number(BITS, 0).unwrap_or(1);
         let is_read = directory.number(INTERPRETATION, 0)? == PALETTE
-            && directory.number(BITS, 0)? == 8
-            && directory.count(COLOR_MAP) == 3 * COLORS as u64;
+            && matches!(bits, 1 | 8)
+            && directory.count(COLOR_MAP) == 3 << bits;
         if !is_read {
             return None;
         }
+        let count = 1 << bits;
         // All reds, then all greens, then all blues.
-        let numbers = (0..3 * COLORS).map(|i| directory.number(COLOR_MAP, i));
+        let numbers = (0..3 * count).map(|i| directory.number(COLOR_MAP, i));
         let numbers: Vec<u64> = numbers.collect::<Option<_>>()?;
         // Some programs write 8 bits.
         let is_short = numbers.iter().all(|&number| number < 256);
         let shift = if is_short { 0 } else { 8 };
-        let color = |i: usize| [i, i + COLORS, i + 2 * COLORS].map(|i| (numbers[i] >> shift) as u8);
+        let color = |i: usize| [i, i + count, i + 2 * count].map(|i| (numbers[i] >> shift) as u8);
         Some(Self {
-            colors: std::array::from_fn(color),
+            colors: std::array::from_fn(|grey| color(grey >> (8 - bits))),
             said_at: directory.lowest_byte(INTERPRETATION)?,
         })
     }

@@ -180,3 +180,37 @@ fn animations_are_played_into_one_file() {
         assert!(matches!(run.code, Some(1 | 2)), "{arguments:?}");
     }
 }
+
+/// A job makes no tasks that would all fail: it says what rendering says.
+#[test]
+fn jobs_check_animations_and_lenses() {
+    let folder = Folder::new();
+    folder.write("swing.gltf", &swing());
+    folder.write("c.toml", "animation = 'run'\n");
+    for (line, words) in [
+        ("a.scn --focus 3", "--focus needs a lens"),
+        ("swing.gltf --focus 3", "--focus needs a lens"),
+        (
+            "swing.gltf --animation run",
+            "there is no animation `run`, expected `swing`",
+        ),
+        (
+            "swing.gltf --config c.toml",
+            "`swing`; --animation is set in c.toml:1:1",
+        ),
+    ] {
+        let rendered = folder.run_line(&format!("render {line}"));
+        let job = folder.run_line(&format!("job {line} --for slurm --into farm"));
+        assert!(job.stderr.contains(words), "{line}: {}", job.stderr);
+        assert_eq!((job.code, job.stderr), (rendered.code, rendered.stderr), "{line}");
+    }
+    for (into, options) in [
+        ("a", "--animation swing"),
+        ("b", "--animation-time 1"),
+        ("c", "--focus 3 --aperture 0.1"),
+        ("d", "--animation run --keep-going"),
+    ] {
+        let line = format!("job swing.gltf {options} --for slurm --into {into}");
+        folder.run_line(&line).succeeded();
+    }
+}

@@ -10,10 +10,17 @@ pub enum QueryError {
     /// A coordinate is NaN, infinite, or farther than [`MAX_COORDINATE`](crate::scene::MAX_COORDINATE) from 0 (from the
     /// middle of the geometry, if that is far from 0).
     Coordinate {
-        /// "vertex", "sphere", "instance" or "offset".
+        /// "vertex", "sphere" or "instance".
         what: &'static str,
         /// Its index.
         index: usize,
+        /// The coordinate found.
+        value: f64,
+    },
+    /// The point that coordinates are relative to is not finite.
+    Middle {
+        /// 0 for x, 1 for y, 2 for z.
+        axis: usize,
         /// The coordinate found.
         value: f64,
     },
@@ -85,15 +92,6 @@ pub enum QueryError {
 impl fmt::Display for QueryError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            // Only of an offset may numbers be above 1e9.
-            Self::Coordinate {
-                what: what @ "offset",
-                index,
-                value,
-            } if value.is_finite() => write!(
-                f,
-                "{what} {index} has the coordinate {value:e}, which is not finite in single precision"
-            ),
             Self::Coordinate { what, index, value } if value.is_finite() => write!(
                 f,
                 "{what} {index} has the coordinate {value:e}, but numbers above 1e9 are not supported"
@@ -104,6 +102,11 @@ impl fmt::Display for QueryError {
                     "{what} {index} has the coordinate {value}, expected a finite number"
                 )
             }
+            Self::Middle { axis, value } => write!(
+                f,
+                "the middle of the geometry has the {} {value}, expected a finite number",
+                ["x", "y", "z"].get(*axis).unwrap_or(&"")
+            ),
             Self::Radius { sphere, radius } => {
                 write!(
                     f,

@@ -42,7 +42,7 @@ impl Geometry {
     /// ```
     ///
     /// # Errors
-    /// As [`Geometry::from_mesh`], or [`QueryError::Coordinate`] if the offset is not finite in `f32`.
+    /// As [`Geometry::from_mesh`], or [`QueryError::Middle`] if the offset is not finite.
     pub fn from_mesh_at(mesh: &TriangleMesh, offset: DVec3) -> Result<Self, QueryError> {
         Self::from_mesh(mesh)?.moved_by(offset)
     }
@@ -51,7 +51,7 @@ impl Geometry {
     /// answers are the same, to the bit.
     ///
     /// # Errors
-    /// As [`Geometry::from_triangles`], or [`QueryError::Coordinate`] if `middle` is not finite in `f32`.
+    /// As [`Geometry::from_triangles`], or [`QueryError::Middle`] if `middle` is not finite.
     pub fn from_relative(
         positions: &[[f32; 3]],
         middle: DVec3,
@@ -62,11 +62,10 @@ impl Geometry {
 
     fn moved_by(mut self, offset: DVec3) -> Result<Self, QueryError> {
         let values = offset.to_array();
-        if let Some(index) = values.iter().position(|&value| !(value as f32).is_finite()) {
-            return Err(QueryError::Coordinate {
-                what: "offset",
-                index,
-                value: values[index],
+        if let Some(axis) = values.iter().position(|value| !value.is_finite()) {
+            return Err(QueryError::Middle {
+                axis,
+                value: values[axis],
             });
         }
         self.offset += offset;

@@ -81,11 +81,16 @@ impl Spot {
     /// Makes a cone around `direction`, from the light, of any length; half angles in degrees.
     ///
     /// # Errors
-    /// [`SceneError::NotPositive`] for a direction of length 0; [`SceneError::OutOfRange`] unless
-    /// 0 <= inner <= outer <= 180.
+    /// [`SceneError::NotPositive`] for a direction of length 0; [`SceneError::OutOfRange`] unless 0 <= outer <= 180;
+    /// [`SceneError::InnerAngle`] unless 0 <= inner <= outer.
     pub fn new(direction: DVec3, inner_degrees: f32, outer_degrees: f32) -> Result<Self, SceneError> {
         check_range("outer", outer_degrees, (0.0, 180.0))?;
-        check_range("inner", inner_degrees, (0.0, outer_degrees))?;
+        if !(0.0..=outer_degrees).contains(&inner_degrees) {
+            return Err(SceneError::InnerAngle {
+                inner: inner_degrees,
+                outer: outer_degrees,
+            });
+        }
         let radians = [inner_degrees, outer_degrees].map(|a| f64::from(a).to_radians());
         let is_narrow = outer_degrees <= NARROW;
         let (scale, offset) = if is_narrow {

@@ -64,6 +64,7 @@ pub(super) fn read(
     for (i, (source, read)) in sources.iter().zip(&read).enumerate() {
         encoded.push(read.as_ref().map(|read| {
             Encoded {
+                is_normal_map: true,
                 name: match source {
                     Source::Uri(uri) if data_of(uri).is_none() => uri.clone(),
                     _ => format!("images[{i}]"),

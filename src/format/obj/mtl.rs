@@ -288,8 +288,11 @@ impl<'a> Reading<'a> {
             }
             _ => return Ok(false),
         };
-        let image = images.number(path, &file.name(), budget);
-        *map = image?.map(|image| Texture {
+        let image = images.number(path, &file.name(), budget)?;
+        if let (Some(image), b"norm") = (image, keyword) {
+            images.set_normal_map(image);
+        }
+        *map = image.map(|image| Texture {
             image,
             wrap: [file.options.wrap; 2],
             nearest: false,

@@ -112,3 +112,93 @@ fn faults_have_places() {
         assert!(found.starts_with(expected), "{text}: {found}");
     }
 }
+
+#[test]
+fn free_format() {
+    let usual = mesh(&format!("OFF\n4 2 0\n{SQUARE}3 0 1 2\n4 0 1 2 3\n")).columns;
+    let vertices = "0 0 0 1 0 0\n1 1 0\n\n0 # x y\n1 0";
+    for text in [
+        // All in one line.
+        "OFF 4 2 0 0 0 0 1 0 0 1 1 0 0 1 0 3 0 1 2 4 0 1 2 3".to_owned(),
+        format!("OFF\n4\r\n2\r\n0 # counts\n{vertices}\n3 0 1 2\n4 0 1\n2 3\n"),
+        format!("4 2 0\n{vertices}\n3 0 1\n2\n\n4 0 1 2 3"),
+        format!("OFF4 2 0 {vertices} 3 0 1 2 4 0 1 2 3\n\n# end"),
+        format!("OFF\n4 2 0\n{SQUARE}3\n0\n1\n2\n4\n0\n1\n2\n3\n"),
+        format!(
+            "\u{feff}OFF\r4 2 0\r{}3 0 1 2\r4 0\r1 2 3\r",
+            SQUARE.replace('\n', "\r")
+        ),
+    ] {
+        let mesh = mesh(&text);
+        let found = (
+            &mesh.columns.x,
+            &mesh.columns.y,
+            &mesh.columns.z,
+            &mesh.columns.triangles,
+        );
+        assert_eq!(found, (&usual.x, &usual.y, &usual.z, &usual.triangles), "{text}");
+        assert!(mesh.notes.is_empty() && mesh.surfaces.is_empty(), "{text}");
+    }
+    assert!(mesh("OFF 4 0 0 0 0 0 1 0 0 1 1 0 0 1 0").cloud.is_some());
+}
+
+#[test]
+fn colours_in_free_format() {
+    // Of vertices, with and without the prefix; of faces up to the end of the line.
+    let faces = "3 0 1\n2 255 0 0 # red\n3 0 2\n3";
+    let colored = SQUARE.replace('\n', " 255 0 51\n");
+    let four = SQUARE.replace('\n', " 0 0 1 255 0 51 255 ");
+    for text in [
+        format!("OFF\n4 2 0\n{colored}{faces}"),
+        format!("COFF\n4 2 0\n{colored}{faces}"),
+        format!("CNOFF\n4 2 0\n{four}\n{faces}"),
+    ] {
+        let mesh = mesh(&text);
+        assert_eq!(mesh.columns.colors, [[1.0, 0.0, 0.2]; 4], "{text}");
+        assert_eq!(
+            (&mesh.surface_of[..], mesh.surfaces.len()),
+            (&[1, 0][..], 2),
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn numbers_that_are_missing_are_not_those_of_the_next_line() {
+    for (text, expected) in [
+        (
+            "0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n",
+            "3:4: the line ends before `z`",
+        ),
+        (
+            "0 0 0\n1 0 0\n1 1 0\n0 1\n3 0 1 2\n3 0 2 3\n",
+            "6:4: the line ends before `z`",
+        ),
+        (
+            "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1\n3 0 2 3\n",
+            "7:6: the line ends before corner 3",
+        ),
+        (
+            "0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n3 0 2 1\n",
+            "8:1: the file ends before the last face",
+        ),
+        (
+            "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n",
+            "8:1: the file ends before the last face",
+        ),
+    ] {
+        let found = load(&format!("OFF\n4 2 0\n{text}")).expect_err(text);
+        assert!(found.starts_with(expected), "{text}: {found}");
+    }
+    // The places are those of the file, and the memory is counted.
+    let far = "OFF 3 1 0 0 0 0 1 0 0\n# a\n1 1e10 0 3 0 1 2";
+    let far = load(far).expect_err("nothing is left");
+    assert!(far.starts_with("3:3: y is 1e10"), "{far}");
+    let text = format!("OFF 99999 0 0 {}", "1 2 3 ".repeat(99_999));
+    let load = |memory: u64| parse(text.as_bytes(), Path::new("a.off"), &Budget::new(memory));
+    assert_eq!(
+        load(1 << 18).expect_err("too little").kind(),
+        LoadErrorKind::Limit
+    );
+    assert!(load(4 << 20).is_ok());
+}

@@ -321,14 +321,18 @@ impl<'l, 'a> Arguments<'l, 'a> {
     /// The builder's error, placed at the word with the name and value of the fault, else at the last word.
     pub(super) fn refused(&self, error: &SceneError, words: &[(&str, Word<'_>)]) -> LoadError {
         let last = words.last().map_or(self.keyword, |&(_, word)| word);
-        let word = match error {
+        let found = |what: &str, value: f32| {
+            let mut words = words.iter();
+            let word = words
+                .find(|(name, word)| *name == what && self.number(*word, what).is_ok_and(|v| v == value));
+            word.map_or(last, |&(_, word)| word)
+        };
+        let word = match *error {
             SceneError::NotUsable { what, value }
             | SceneError::NotPositive { what, value }
             | SceneError::Negative { what, value }
-            | SceneError::OutOfRange { what, value, .. } => words
-                .iter()
-                .find(|(name, word)| name == what && self.number(*word, what).is_ok_and(|v| v == *value))
-                .map_or(last, |&(_, word)| word),
+            | SceneError::OutOfRange { what, value, .. } => found(what, value),
+            SceneError::InnerAngle { inner, .. } => found("inner", inner),
             SceneError::TooMany { .. } => self.keyword,
             _ => last,
         };

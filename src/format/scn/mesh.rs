@@ -18,7 +18,7 @@ use crate::{
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
-/// How many meshes a scene may place. Exact repetitions do not count: their files are not read.
+/// How many meshes a scene may place, repetitions included.
 const MAX_MESHES: usize = 1 << 16;
 
 /// How many notes about its meshes a scene keeps.
@@ -103,6 +103,10 @@ impl Reader<'_> {
             Kind::Ply => ".ply",
             Kind::Any => "mesh",
         };
+        self.placing += 1;
+        if self.placing > MAX_MESHES {
+            return Err(line.too_many(&word, format!("more than {MAX_MESHES} placed meshes")));
+        }
         let path = self.path(arguments, word, what)?;
         let number = self.mesh_number(&path, material);
         let key = PlacementKey {
@@ -114,9 +118,6 @@ impl Reader<'_> {
         };
         if self.placements.contains(&key) {
             return Ok(());
-        }
-        if self.placements.len() >= MAX_MESHES {
-            return Err(line.too_many(&word, format!("more than {MAX_MESHES} placed meshes")));
         }
         let takes_lights = placement.lights.is_some();
         let mut loaded = self.load_mesh(arguments, word, &path, (material, kind, takes_lights))?;

@@ -187,12 +187,12 @@ fn decode(known: &Known<'_>) -> Result<Made, String> {
                 pixel.0[3] = u8::MAX;
             }
         }
-        Content::ColorsAndAlpha | Content::Normals | Content::Numbers => {}
+        Content::ColorsAndAlpha | Content::Normals { .. } | Content::Numbers => {}
     }
     let pixels = bytemuck::allocation::try_cast_vec(image.into_raw());
     let pixels = pixels.map_err(|_| "it does not fit into memory".to_owned())?;
     let image = match known.content {
-        Content::Normals => normal_map(known.header.size, pixels)?,
+        Content::Normals { is_sure } => normal_map(known.header.size, pixels, is_sure)?,
         Content::Numbers => {
             Image::of_numbers(known.header.size, pixels).map_err(|error| error.to_string())?
         }
@@ -205,14 +205,14 @@ fn decode(known: &Known<'_>) -> Result<Made, String> {
     })
 }
 
-/// The image of a normal map, whose mean points away from the surface, or of a height map.
-fn normal_map(size: [u32; 2], mut pixels: Vec<[u8; 4]>) -> Result<Image, String> {
+/// The image of a normal map, whose mean points away from the surface unless it `is_sure` to be one, or of a height map.
+fn normal_map(size: [u32; 2], mut pixels: Vec<[u8; 4]>, is_sure: bool) -> Result<Image, String> {
     if heights::is_grey(&pixels) {
         pixels = heights::normals(size, &pixels);
     }
     let image = Image::of_numbers(size, pixels).map_err(|error| error.to_string())?;
     let [red, green, blue, _] = image.mean();
-    if blue > red.max(green).saturating_add(16) {
+    if is_sure || blue > red.max(green).saturating_add(16) {
         Ok(image)
     } else {
         Err("it is neither a normal map nor a grey height map".to_owned())

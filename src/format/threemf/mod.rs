@@ -177,6 +177,7 @@ fn images(
         Some(Encoded {
             name: name.clone(),
             bytes: read.as_ref()?.as_deref().map_err(Clone::clone),
+            is_normal_map: false,
         })
     });
     let encoded: Vec<Option<Encoded<'_>>> = encoded.collect();

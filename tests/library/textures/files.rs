@@ -38,9 +38,10 @@ fn gif_and_tiff_are_shown() {
     }
 }
 
-/// A TIFF image of 2x1 pixels with a palette, of which it uses the second and the last colour. `word` writes a number, `most`
-/// stands for full light.
-fn with_palette(head: &[u8], word: fn(u16) -> [u8; 2], most: u16) -> Vec<u8> {
+/// A TIFF image of 2x1 pixels with a palette of 8 bits, of which it uses the second and the last colour, or of 1 bit. `word`
+/// writes a number, `most` stands for full light.
+fn with_palette(head: &[u8], word: fn(u16) -> [u8; 2], most: u16, bits: u16) -> Vec<u8> {
+    let (count, left) = (1 << bits, usize::from(bits == 8));
     let long = |number: u32| {
         let [high, low] = [(number >> 16) as u16, number as u16].map(word);
         if head[0] == b'M' { [high, low] } else { [low, high] }.concat()
@@ -62,20 +63,20 @@ fn with_palette(head: &[u8], word: fn(u16) -> [u8; 2], most: u16) -> Vec<u8> {
     for entry in [
         short(256, 2),
         short(257, 1),
-        short(258, 8),
+        short(258, bits),
         short(259, 1),
         short(262, 3),
         long_entry(273, 4, 1, pixels),
         short(278, 1),
         long_entry(279, 4, 1, 2),
-        long_entry(320, 3, 768, pixels + 2),
+        long_entry(320, 3, 3 * count as u32, pixels + 2),
     ] {
         bytes.extend(entry);
     }
     bytes.extend(long(0));
-    bytes.extend([1, 255]);
-    let mut map = [0; 768];
-    (map[1], map[512 + 255]) = (most, most);
+    bytes.extend(if bits == 8 { [1, 255] } else { [0b0100_0000, 0] });
+    let mut map = vec![0; 3 * count];
+    (map[left], map[3 * count - 1]) = (most, most);
     bytes.extend(map.into_iter().flat_map(word));
     bytes
 }
@@ -83,9 +84,11 @@ fn with_palette(head: &[u8], word: fn(u16) -> [u8; 2], most: u16) -> Vec<u8> {
 #[test]
 fn palettes_of_tiff_are_shown() {
     for tiff in [
-        with_palette(b"II*\0", u16::to_le_bytes, 0xffff),
-        with_palette(b"MM\0*", u16::to_be_bytes, 0xffff),
-        with_palette(b"II*\0", u16::to_le_bytes, 0xff),
+        with_palette(b"II*\0", u16::to_le_bytes, 0xffff, 8),
+        with_palette(b"MM\0*", u16::to_be_bytes, 0xffff, 8),
+        with_palette(b"II*\0", u16::to_le_bytes, 0xff, 8),
+        with_palette(b"II*\0", u16::to_le_bytes, 0xffff, 1),
+        with_palette(b"MM\0*", u16::to_be_bytes, 0xff, 1),
     ] {
         let (scene, notes) = obj_scene("Kd 1 1 1\nmap_Kd a.png", &tiff);
         assert!(notes.is_empty(), "{notes:?}");
@@ -110,7 +113,7 @@ fn what_to_do_with_other_tiff_is_said() {
     tiff[at + 8] = 3;
     let (_, notes) = obj_scene("map_Kd a.png", &tiff);
     let expected = "a.obj: texture a.png is not shown: this is a TIFF with a palette of 0 colours, expected grey, RGB or CMYK of \
-                    8-bit or 16-bit integers, RGB of 32-bit floats, black and white, or a palette of 256 colours";
+                    8-bit or 16-bit integers, RGB of 32-bit floats, black and white, or a palette of 2 or 256 colours";
     assert_eq!(notes, [expected]);
 }
 

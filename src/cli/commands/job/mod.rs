@@ -12,8 +12,8 @@ use crate::{
     cli::{
         CliError, load,
         plan::{
-            FOCUS, Frame, InputKind, InputPlan, Job, JobPlan, StartView, aov_path, has_number, is_for_meshes,
-            of_frame, stem,
+            FOCUS, Frame, InputKind, InputPlan, Job, JobPlan, StartView, aov_path, explained, has_number,
+            is_for_meshes, of_frame, stem,
         },
         report,
         write::AovKind,
@@ -55,8 +55,8 @@ impl Work {
 /// Writes the job's files, all of them or none.
 ///
 /// # Errors
-/// [`CliError`]: a picture that has no tiles, a folder that is not empty, a name that no line of a script can hold; scenes
-/// that were skipped, also if there is a job for the others.
+/// [`CliError`]: a picture that has no tiles, a folder that is not empty, a name that no line of a script can hold, an option
+/// that all tasks of a scene would refuse; scenes that were skipped, also if there is a job for the others.
 pub fn run(plan: &JobPlan) -> Result<(), CliError> {
     let skipped = &plan.render.skipped;
     for (path, error) in skipped {
@@ -103,6 +103,9 @@ fn work(plan: &JobPlan) -> Result<Work, CliError> {
             frame.output.name()
         )));
     }
+    for job in jobs.iter().filter(|job| !job.frames.is_empty()) {
+        check_file(plan, job)?;
+    }
     let settings = &plan.render.looks.mesh.settings;
     let usual = (count == 1).then(|| [settings.width, settings.height].map(|side| side.min(USUAL_TILES)));
     let (mut commands, mut merges) = (Vec::new(), Vec::new());
@@ -147,6 +150,20 @@ fn work(plan: &JobPlan) -> Result<Work, CliError> {
         folder: plan.folder.clone(),
         name: name.unwrap_or_default().into_owned(),
     })
+}
+
+/// Loads a scene whose contents decide whether its tasks take their options: `--focus` needs a lens, `--animation` an animation
+/// of that name. To keep going, tasks of other scenes are made all the same.
+fn check_file(plan: &JobPlan, job: &Job) -> Result<(), CliError> {
+    let (camera, mesh) = (&job.input.camera, &job.input.mesh);
+    let needs_lens = camera.focus.is_some() && !camera.defaults.contains(&FOCUS) && !camera.has_lens(None);
+    // What is played was found already.
+    let needs_animation = mesh.moment.is_some() && mesh.playback.is_none();
+    if (needs_lens || needs_animation) && !plan.render.keep_going {
+        load::load_and_list(&job.input, job.scene_memory, &mut Vec::new())
+            .map_err(|error| explained(error, &plan.render.defaults))?;
+    }
+    Ok(())
 }
 
 fn check_tiles(plan: &JobPlan, [columns, rows]: [u32; 2], pictures: usize) -> Result<(), CliError> {

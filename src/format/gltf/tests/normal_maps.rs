@@ -33,6 +33,12 @@ fn normal_maps_that_lie_where_the_base_colour_lies() {
     assert!(mesh.images[0].has_numbers());
     // Moved by its own transform.
     assert!((mesh.columns.uvs[0][0] - 0.5).abs() < 1e-6);
+    // To the right, by 45 degrees; and a colour that is no normal.
+    for texel in [[218, 128, 218, 255], [255, 64, 0, 255]] {
+        let mesh = textured_by(texel, &alone, TEXTURES).expect("a mesh");
+        assert!(mesh.notes.is_empty(), "{:?}", mesh.notes);
+        assert!(mesh.surfaces[0].textures.normal_map.is_some());
+    }
 }
 
 #[test]
