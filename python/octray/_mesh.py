@@ -238,6 +238,8 @@ class Mesh:
 
     def __deepcopy__(self, memo: dict[int, Any] | None) -> Self:
         mesh = type(self).__new__(type(self))
+        if memo is not None:
+            memo[id(self)] = mesh
         for name, value in self.__dict__.items():
             if name == "_mesh":
                 value = value.copy()

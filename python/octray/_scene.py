@@ -187,6 +187,8 @@ class Scene:
 
     def __deepcopy__(self, memo: dict[int, Any] | None) -> Self:
         scene = type(self).__new__(type(self))
+        if memo is not None:
+            memo[id(self)] = scene
         for name, value in self.__dict__.items():
             if name == "_scene":
                 value = value.copy()

@@ -171,6 +171,8 @@ def test_copies_and_pickles():
     named.label = ["a"]
     for other in (copy.copy(named), copy.deepcopy(named)):
         assert type(other) is Named and other.label == ["a"]
+    named.itself = named
+    assert (other := copy.deepcopy(named)).itself is other
     with pytest.raises(ValueError):
         scene.mesh_index[0] = 1
     with pytest.raises(ValueError):

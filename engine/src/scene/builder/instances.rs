@@ -1,6 +1,6 @@
 //! Adding prototypes and instances.
 
-use super::{SceneBuilder, Vertices};
+use super::{MIN_PIECE, SceneBuilder, Vertices};
 use crate::{
     error::SceneError,
     math::{Aabb, max},
@@ -66,7 +66,8 @@ impl SceneBuilder {
             center: Vec3::ZERO,
             scale: 1.0,
         };
-        prototype.move_to_center(&mut self.vertices, &mut self.spheres);
+        let corners = &self.triangles.corners[triangles as usize..more_triangles as usize];
+        prototype.move_to_center(corners, &mut self.vertices, &mut self.spheres);
         self.prototypes.push(prototype);
         Ok(PrototypeId(self.prototypes.len() as u32 - 1))
     }
@@ -109,10 +110,28 @@ impl SceneBuilder {
 }
 
 impl Prototype {
-    /// Moves its positions, if they are far from 0, and scales them to about 1; finds its bounds.
-    fn move_to_center(&mut self, vertices: &mut Vertices, spheres: &mut Spheres) {
+    /// Moves its positions, if they are far from 0, and scales them to about 1; finds its bounds. Vertices that no triangle of
+    /// `corners` uses do not count.
+    fn move_to_center(&mut self, corners: &[[u32; 3]], vertices: &mut Vertices, spheres: &mut Spheres) {
         let usize_range = |range: &Range<u32>| range.start as usize..range.end as usize;
         let (v, s) = (usize_range(&self.vertices), usize_range(&self.spheres));
+        let of_piece = |piece: &[[u32; 3]]| {
+            let used = piece.as_flattened().iter();
+            Aabb::around(used.map(|&vertex| vertices.position(vertex)))
+        };
+        let pieces = corners.par_chunks(MIN_PIECE).map(of_piece);
+        let mut bounds = pieces.reduce(|| Aabb::EMPTY, Aabb::union);
+        for i in s.clone() {
+            let (center, radius) = (spheres.center(i), Vec3::splat(spheres.radius[i]));
+            bounds = bounds.union(Aabb {
+                lower: center - radius,
+                upper: center + radius,
+            });
+        }
+        if bounds.is_empty() {
+            return;
+        }
+        self.enclose(bounds);
         let of_vertices = [&mut vertices.x, &mut vertices.y, &mut vertices.z].map(|x| &mut x[v.clone()]);
         let centers = [
             &mut spheres.center_x,
@@ -120,25 +139,6 @@ impl Prototype {
             &mut spheres.center_z,
         ];
         let centers = centers.map(|x| &mut x[s.clone()]);
-        let radius = &mut spheres.radius[s];
-        let around = |columns: &[&mut [f32]; 3], grown: &[f32]| {
-            let [x, y, z] = columns;
-            let mut bounds = Aabb::EMPTY;
-            for (i, ((&x, &y), &z)) in x.iter().zip(y.iter()).zip(z.iter()).enumerate() {
-                let by = Vec3::splat(grown.get(i).copied().unwrap_or(0.0));
-                let at = Vec3::new(x, y, z);
-                bounds = bounds.union(Aabb {
-                    lower: at - by,
-                    upper: at + by,
-                });
-            }
-            bounds
-        };
-        let bounds = around(&of_vertices, &[]).union(around(&centers, radius));
-        if bounds.is_empty() {
-            return;
-        }
-        self.enclose(bounds);
         for columns in [of_vertices, centers] {
             for (column, center) in columns.into_iter().zip(self.center.to_array()) {
                 for x in column {
@@ -146,7 +146,7 @@ impl Prototype {
                 }
             }
         }
-        for radius in radius {
+        for radius in &mut spheres.radius[s] {
             *radius = max(*radius * self.scale, f32::MIN_POSITIVE);
         }
     }

@@ -1,6 +1,7 @@
 //! Tests of `instance`.
 
 use super::*;
+use crate::scene::{MaterialId, SceneBuilder};
 
 #[test]
 fn the_end_of_an_image_is_the_least_t_at_the_end_of_the_ray() {
@@ -20,5 +21,37 @@ fn the_end_of_an_image_is_the_least_t_at_the_end_of_the_ray() {
         if image.in_scene(T_MAX) > t_max {
             assert!(image.in_scene(image.beyond(t_max)) >= t_max, "{length} {t_max}");
         }
+    }
+}
+
+#[test]
+fn vertices_that_no_triangle_uses_do_not_enlarge_an_instance() {
+    let bounds_with = |more: &[f32]| {
+        let with = |column: [f32; 3]| [&column[..], more].concat();
+        let mesh = TriangleMesh {
+            x: with([0.0, 1.0, 0.0]),
+            y: with([0.0, 0.0, 1.0]),
+            z: with([0.0, 0.0, 0.5]),
+            triangles: vec![[0, 1, 2]],
+            ..TriangleMesh::default()
+        };
+        let mut builder = SceneBuilder::new();
+        let prototype = builder.add_prototype(|builder| builder.add_mesh(mesh, MaterialId(0)));
+        builder
+            .add_instance(
+                prototype.unwrap(),
+                &Transform::IDENTITY.then_scale(DVec3::splat(2e4)),
+            )
+            .unwrap();
+        builder.finish().instance_bounds(InstanceId(0))
+    };
+    let bounds = bounds_with(&[]);
+    assert_eq!(
+        (bounds.lower, bounds.upper),
+        (Vec3::ZERO, Vec3::new(2e4, 2e4, 1e4))
+    );
+    for far in [-99_999.0, 1e9] {
+        let with_more = bounds_with(&[far]);
+        assert_eq!((with_more.lower, with_more.upper), (bounds.lower, bounds.upper));
     }
 }
