@@ -167,14 +167,12 @@ impl App {
         let Some(reload) = self.reload.as_ref().filter(|_| self.options.is_mesh) else {
             return self.say("a scene has its own up axis: nothing turns");
         };
-        let turned = now.next(first).find(|&up| {
-            let rotation = now.turn_to(up);
-            self.host.turn_up(up.name(), rotation)
-        });
-        let Some(up) = turned else { return };
+        let up = axis::next(now, first);
+        let rotation = axis::turn(now, up);
+        self.host.turn_up(up, rotation);
         reload.ask();
         self.up = [first, up];
-        self.turn = now.turn_to(up) * self.turn;
+        self.turn = rotation * self.turn;
     }
 
     /// Turns the camera as the mesh on the screen was turned.

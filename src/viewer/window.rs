@@ -1,8 +1,7 @@
 //! The window of a loaded scene: shows pictures when they are ready, and waits in between.
 
 use super::{
-    Closed, Host, Options, ViewError,
-    axis::Axis,
+    Closed, Host, Options, ViewError, axis,
     benchmark::Benchmark,
     keys,
     loading::{Loading, Ready},
@@ -19,7 +18,7 @@ use super::{
     watch::{self, Reload, Reloaded},
     worker::{self, Note},
 };
-use crate::ray::SceneHit;
+use crate::{format::mesh::UpAxis, ray::SceneHit};
 use glam::DMat3;
 use std::{
     sync::{Arc, Mutex, PoisonError},
@@ -86,7 +85,7 @@ pub struct App {
     /// The starting camera; that of the frame if the scene's camera moves.
     pub(super) home: Pose,
     /// Which axis of a mesh points up: at the start and now.
-    pub(super) up: [Axis; 2],
+    pub(super) up: [UpAxis; 2],
     /// Turns the camera when the mesh, turned by key, is loaded.
     pub(super) turn: DMat3,
     pub(super) style: Style,
@@ -140,7 +139,7 @@ impl App {
             })
         });
         let reload = reload.transpose()?;
-        let up = Axis::nearest(options.pose.up);
+        let up = axis::nearest(options.pose.up);
         let settings = options.settings;
         let mut app = Self {
             name,

@@ -15,7 +15,7 @@ use crate::{
         write::{Format, Inputs, Pixels, json_line, write_json},
     },
     error::clip,
-    format::Limits,
+    format::{Limits, mesh::UpAxis},
     render::{ByteFilm, Settings, Transfer},
     scene::Scene,
     viewer::{
@@ -301,14 +301,10 @@ impl Host for Program {
         Ok(true)
     }
 
-    fn turn_up(&self, axis: &str, rotation: DMat3) -> bool {
-        let Ok(up) = axis.parse() else {
-            return false;
-        };
+    fn turn_up(&self, up: UpAxis, rotation: DMat3) {
         let mut mesh = self.mesh();
         let lit_from = mesh.lit_from.or(*self.lit_from());
         (mesh.up_axis, mesh.lit_from) = (Some(up), lit_from.map(|from| rotation * from));
-        true
     }
 
     fn save(&self, film: &ByteFilm) -> Result<String, String> {
