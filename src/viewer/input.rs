@@ -175,14 +175,15 @@ impl App {
         self.turn = rotation * self.turn;
     }
 
-    /// Turns the camera as the mesh on the screen was turned.
+    /// Turns the camera as the mesh on the screen was turned. One at its start follows that.
     pub(super) fn turn_camera(&mut self) {
         if self.turn == DMat3::IDENTITY {
             return;
         }
         let turn = std::mem::replace(&mut self.turn, DMat3::IDENTITY);
-        self.home = self.home.rotated(turn);
-        self.orbit.go_to(self.orbit.pose().rotated(turn));
+        if self.orbit.pose() != self.home {
+            self.orbit.go_to(self.orbit.pose().rotated(turn));
+        }
         self.say(format!("{} is up", self.up[1].name()));
     }
 

@@ -332,11 +332,8 @@ impl App {
                 self.take_timeline(timeline);
                 self.error = None;
                 self.say(what);
-                // A turned mesh has the turned camera.
-                if self.up[0] == self.up[1] && self.turn == DMat3::IDENTITY {
-                    self.go_home(home);
-                }
                 self.turn_camera();
+                self.go_home(home);
                 self.show_frame();
             }
             Err(error) => {

@@ -303,8 +303,9 @@ impl Host for Program {
 
     fn turn_up(&self, up: UpAxis, rotation: DMat3) {
         let mut mesh = self.mesh();
-        let lit_from = mesh.lit_from.or(*self.lit_from());
-        (mesh.up_axis, mesh.lit_from) = (Some(up), lit_from.map(|from| rotation * from));
+        mesh.turned = rotation * mesh.turned;
+        mesh.up_axis = Some(up);
+        mesh.lit_from = mesh.lit_from.map(|from| rotation * from);
     }
 
     fn save(&self, film: &ByteFilm) -> Result<String, String> {
