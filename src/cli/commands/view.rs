@@ -198,6 +198,29 @@ impl Program {
         self.mesh.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Plays the animation of the mesh's file as it is now. Returns false if it has none.
+    ///
+    /// # Errors
+    /// Why it cannot be played.
+    fn play(&self) -> Result<bool, String> {
+        let moment = self.mesh().moment.clone();
+        let animation = moment.and_then(|moment| moment.animation);
+        let playing = Playing {
+            animation: animation.as_deref(),
+            is_default: false,
+            fps: self.fps,
+            memory: self.memory,
+        };
+        let playback = playback_of(&self.input.path, playing, None);
+        let playback = playback.map_err(|error| error.text().unwrap_or_default())?;
+        let (mut mesh, plays) = (self.mesh(), playback.is_some());
+        if plays || mesh.playback.is_some() {
+            mesh.moment = playback.as_ref().map(|playback| playback.moment(1));
+            mesh.playback = playback;
+        }
+        Ok(plays)
+    }
+
     /// Prints the warnings of a load that the one before did not have.
     fn warn(&self, notes: Vec<String>) {
         let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
@@ -251,6 +274,11 @@ impl Host for Program {
             let why = "standard input cannot be read again";
             return (Err(why.into()), Sources::default());
         }
+        if self.mesh().playback.is_some()
+            && let Err(why) = self.play()
+        {
+            return (Err(why), Sources::default());
+        }
         let input = InputPlan {
             mesh: self.mesh().clone(),
             ..self.input.clone()
@@ -285,20 +313,7 @@ impl Host for Program {
         if self.style.is_none() || self.input.kind != InputKind::Mesh {
             return Ok(false);
         }
-        let mut mesh = self.mesh();
-        let animation = mesh.moment.as_ref().and_then(|moment| moment.animation.clone());
-        let playing = Playing {
-            animation: animation.as_deref(),
-            is_default: false,
-            fps: self.fps,
-            memory: self.memory,
-        };
-        let playback = playback_of(&self.input.path, playing, None);
-        let Some(playback) = playback.map_err(|error| error.text().unwrap_or_default())? else {
-            return Ok(false);
-        };
-        (mesh.moment, mesh.playback) = (Some(playback.moment(1)), Some(playback));
-        Ok(true)
+        self.play()
     }
 
     fn turn_up(&self, up: UpAxis, rotation: DMat3) {
