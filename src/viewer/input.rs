@@ -19,7 +19,6 @@ use std::{
     time::Instant,
 };
 use winit::{
-    dpi::PhysicalPosition,
     event::{ElementState, KeyEvent, MouseScrollDelta},
     event_loop::ActiveEventLoop,
 };
@@ -290,9 +289,7 @@ impl App {
         self.ask();
     }
 
-    pub(super) fn mouse_moved(&mut self, to: PhysicalPosition<f64>) {
-        let [right, down] = [to.x - self.mouse.at.x, to.y - self.mouse.at.y];
-        (self.mouse.at, self.mouse.is_inside) = (to, true);
+    pub(super) fn mouse_moved(&mut self, [right, down]: [f64; 2]) {
         if self.mouse.left {
             self.orbit.turn(right, down);
         } else if self.mouse.right {

@@ -9,7 +9,7 @@ use super::{
     screen::Canvas,
     timeline::Timeline,
     watch::Reloaded,
-    window::{App, Framing},
+    window::{App, Framing, Mouse},
     worker::Note,
 };
 use std::{
@@ -123,6 +123,8 @@ pub(super) struct Shell {
     text: String,
     /// `None` once the app has it.
     screen: Option<Screen>,
+    /// Before there is an app.
+    mouse: Mouse,
     app: Option<App>,
     failure: Option<String>,
 }
@@ -146,6 +148,7 @@ impl Shell {
             results,
             ready,
             screen: None,
+            mouse: Mouse::default(),
             app: None,
             failure: None,
         })
@@ -181,7 +184,8 @@ impl Shell {
                 }
             },
         };
-        let app = App::new(self.start.name.clone(), ready, screen, self.proxy.clone());
+        let (mouse, proxy) = (std::mem::take(&mut self.mouse), self.proxy.clone());
+        let app = App::new(self.start.name.clone(), ready, screen, mouse, proxy);
         self.app = Some(app.map_err(Some)?);
         Ok(())
     }
@@ -246,6 +250,7 @@ impl ApplicationHandler<Event> for Shell {
         if let Some(app) = &mut self.app {
             return app.window_event(event_loop, event);
         }
+        self.mouse.note(&event);
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::KeyboardInput {

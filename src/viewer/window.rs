@@ -51,10 +51,44 @@ pub enum Framing {
 /// Where the mouse is, and its buttons.
 #[derive(Debug, Default)]
 pub(super) struct Mouse {
-    pub(super) at: PhysicalPosition<f64>,
-    pub(super) is_inside: bool,
+    /// `None` until it is known.
+    at: Option<PhysicalPosition<f64>>,
+    is_inside: bool,
     pub(super) left: bool,
     pub(super) right: bool,
+}
+
+impl Mouse {
+    /// Notes what an event says. Returns how far the mouse has moved, pixels to the right and down.
+    pub(super) fn note(&mut self, event: &WindowEvent) -> [f64; 2] {
+        match event {
+            &WindowEvent::CursorMoved { position: to, .. } => {
+                let from = self.at.replace(to).unwrap_or(to);
+                self.is_inside = true;
+                return [to.x - from.x, to.y - from.y];
+            }
+            WindowEvent::CursorLeft { .. } => self.is_inside = false,
+            WindowEvent::MouseInput { state, button, .. } => {
+                let pressed = *state == ElementState::Pressed;
+                match button {
+                    MouseButton::Left => self.left = pressed,
+                    MouseButton::Right => self.right = pressed,
+                    _ => {}
+                }
+            }
+            // Releases in other windows are not reported.
+            WindowEvent::Focused(false) => (self.left, self.right) = (false, false),
+            _ => {}
+        }
+        [0.0; 2]
+    }
+
+    /// The pixel under it in a window of this size.
+    fn pixel(&self, size: [u32; 2]) -> Option<[u32; 2]> {
+        let at = self.at.filter(|_| self.is_inside)?;
+        let inside = |p: f64, pixels: u32| (p >= 0.0 && p < f64::from(pixels)).then_some(p as u32);
+        Some([inside(at.x, size[0])?, inside(at.y, size[1])?])
+    }
 }
 
 /// Which texts are shown over the picture.
@@ -120,6 +154,7 @@ impl App {
         name: String,
         ready: Ready,
         screen: Screen,
+        mouse: Mouse,
         proxy: EventLoopProxy<Event>,
     ) -> Result<Self, String> {
         let Ready {
@@ -168,7 +203,7 @@ impl App {
             picture: Picture::default(),
             status: Status::default(),
             benchmark: None,
-            mouse: Mouse::default(),
+            mouse,
             flying: Default::default(),
             flown_at: None,
             panels: Panels::default(),
@@ -233,9 +268,7 @@ impl App {
 
     /// The pixel under the mouse.
     pub(super) fn mouse_pixel(&self) -> Option<[u32; 2]> {
-        let inside = |p: f64, pixels: u32| (p >= 0.0 && p < f64::from(pixels)).then_some(p as u32);
-        let x = inside(self.mouse.at.x, self.size[0]).filter(|_| self.mouse.is_inside)?;
-        Some([x, inside(self.mouse.at.y, self.size[1])?])
+        self.mouse.pixel(self.size)
     }
 
     /// A description of what is under the mouse, if it is switched on.
@@ -383,6 +416,7 @@ impl App {
     }
 
     pub(super) fn window_event(&mut self, event_loop: &ActiveEventLoop, event: WindowEvent) {
+        let moved = self.mouse.note(&event);
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(size) => self.resized(size),
@@ -393,25 +427,11 @@ impl App {
                 is_synthetic: false,
                 ..
             } => self.key(&event, event_loop),
-            WindowEvent::CursorMoved { position, .. } => self.mouse_moved(position),
-            WindowEvent::CursorLeft { .. } => {
-                self.mouse.is_inside = false;
-                self.redraw();
-            }
-            WindowEvent::MouseInput { state, button, .. } => {
-                let pressed = state == ElementState::Pressed;
-                match button {
-                    MouseButton::Left => self.mouse.left = pressed,
-                    MouseButton::Right => self.mouse.right = pressed,
-                    _ => {}
-                }
-            }
+            WindowEvent::CursorMoved { .. } => self.mouse_moved(moved),
+            WindowEvent::CursorLeft { .. } => self.redraw(),
             WindowEvent::MouseWheel { delta, .. } => self.wheel(delta),
             // Releases in other windows are not reported.
-            WindowEvent::Focused(false) => {
-                self.flying = Default::default();
-                (self.mouse.left, self.mouse.right) = (false, false);
-            }
+            WindowEvent::Focused(false) => self.flying = Default::default(),
             WindowEvent::RedrawRequested => {
                 if let Err(why) = self.draw() {
                     self.failure = Some(why);
