@@ -92,8 +92,8 @@ impl App {
             }
             Action::Save => {
                 self.playback.stop();
-                self.saves = self.stuck.is_none();
-                message = self.saves.then(|| "saving".into());
+                self.saves = true;
+                message = Some("saving".into());
                 self.save_if_due();
             }
             Action::Play => self.play(),

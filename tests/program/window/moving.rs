@@ -93,6 +93,11 @@ pub fn step_past_a_frame(screen: &Screen) {
     viewer.key("period");
     viewer.wait_for_change("why frame 2 fails", &viewer.render(&["--frames=1"]), 0.005);
     assert!(viewer.title().contains("frame 1/3 "), "{}", viewer.title());
+    // The picture on the screen can be saved.
+    viewer.key("s");
+    viewer.wait_for_file("b-1.png");
+    let first = viewer.render(&["--samples=1", "--frames=1"]);
+    assert_eq!(difference(&viewer.picture("b-1.png"), &first, 0), 0);
     viewer.key("period");
     stands_at(3);
     viewer.quit("q");
