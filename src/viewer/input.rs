@@ -253,39 +253,38 @@ impl App {
     }
 
     pub(super) fn key(&mut self, event: &KeyEvent, event_loop: &ActiveEventLoop) {
-        let pressed = event.state == ElementState::Pressed;
+        if event.state == ElementState::Released {
+            if self.held.release(event.physical_key) {
+                self.fly();
+            }
+            return;
+        }
         match keys::action(&event.logical_key) {
+            Some(Action::Step(steps)) => self.step(steps),
             Some(Action::Fly(direction)) if !event.repeat => {
-                if !self.flying.contains(&true) {
+                if !self.held.flies() {
                     // A tap is a step as well.
                     self.flown_at = Instant::now().checked_sub(STEP * 2);
                 }
-                self.flying[direction] = pressed;
+                self.held.press(event.physical_key, direction);
                 self.fly();
             }
-            Some(Action::Fly(_)) | None => {}
-            Some(Action::Step(steps)) if pressed => self.step(steps),
-            Some(action) if pressed && !event.repeat => self.act(action, event_loop),
-            Some(_) => {}
+            Some(action) if !event.repeat => self.act(action, event_loop),
+            _ => {}
         }
     }
 
     /// Flies on for the time since the last step.
     pub(super) fn fly(&mut self) {
-        if !self.flying.contains(&true) {
+        if !self.held.flies() {
             self.flown_at = None;
             return;
         }
         let now = Instant::now();
         let seconds = self.flown_at.map_or(0.0, |at| (now - at).as_secs_f64()).min(0.1);
         self.flown_at = Some(now);
-        let mut step = [0.0; 3];
-        for (_, direction) in self.flying.iter().zip(keys::DIRECTIONS).filter(|(on, _)| **on) {
-            for (sum, part) in step.iter_mut().zip(direction) {
-                *sum += part * seconds;
-            }
-        }
-        self.orbit.fly(step[0], step[1], step[2]);
+        let [right, up, forward] = self.held.flight().map(|part| part * seconds);
+        self.orbit.fly(right, up, forward);
         self.ask();
     }
 

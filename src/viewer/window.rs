@@ -3,7 +3,7 @@
 use super::{
     Closed, Host, Options, ViewError, axis,
     benchmark::Benchmark,
-    keys,
+    keys::Held,
     loading::{Loading, Ready},
     mailbox::{Picture, Shared},
     orbit::Orbit,
@@ -130,7 +130,7 @@ pub struct App {
     pub(super) benchmark: Option<Benchmark>,
 
     pub(super) mouse: Mouse,
-    pub(super) flying: [bool; keys::DIRECTIONS.len()],
+    pub(super) held: Held,
     pub(super) flown_at: Option<Instant>,
 
     pub(super) panels: Panels,
@@ -204,7 +204,7 @@ impl App {
             status: Status::default(),
             benchmark: None,
             mouse,
-            flying: Default::default(),
+            held: Held::default(),
             flown_at: None,
             panels: Panels::default(),
             progress: None,
@@ -383,7 +383,7 @@ impl App {
     pub(super) fn new_events(&mut self, cause: StartCause) {
         if matches!(cause, StartCause::ResumeTimeReached { .. }) {
             self.play_on(Instant::now());
-            if self.flying.contains(&true) {
+            if self.held.flies() {
                 self.fly();
             }
             if self.message.is_some() {
@@ -431,7 +431,7 @@ impl App {
             WindowEvent::CursorLeft { .. } => self.redraw(),
             WindowEvent::MouseWheel { delta, .. } => self.wheel(delta),
             // Releases in other windows are not reported.
-            WindowEvent::Focused(false) => self.flying = Default::default(),
+            WindowEvent::Focused(false) => self.held.clear(),
             WindowEvent::RedrawRequested => {
                 if let Err(why) = self.draw() {
                     self.failure = Some(why);
@@ -443,10 +443,7 @@ impl App {
     }
 
     pub(super) fn about_to_wait(&self, event_loop: &ActiveEventLoop) {
-        let step = self
-            .flown_at
-            .filter(|_| self.flying.contains(&true))
-            .map(|at| at + STEP);
+        let step = self.flown_at.filter(|_| self.held.flies()).map(|at| at + STEP);
         let message = self.message.as_ref().map(|(_, until)| *until);
         let next = [step, message, self.playback.next()].into_iter().flatten().min();
         event_loop.set_control_flow(next.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
