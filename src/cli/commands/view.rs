@@ -349,7 +349,10 @@ impl Host for Program {
     }
 
     fn say(&self, view: &str, frame: u32, settings: &Settings, transfer: Transfer) {
-        let scene = quoted_path(&self.input.path);
+        let scene = match &self.input.path {
+            path if is_standard_stream(path) => "-".into(),
+            path => quoted_path(path),
+        };
         let Settings { width, height, .. } = settings;
         let mut options = self.mesh_options(frame) + &spelled(settings, transfer, self.style);
         // That is where a scene stands anyway.
