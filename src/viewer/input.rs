@@ -19,7 +19,6 @@ use std::{
     time::Instant,
 };
 use winit::{
-    dpi::PhysicalPosition,
     event::{ElementState, KeyEvent, MouseScrollDelta},
     event_loop::ActiveEventLoop,
 };
@@ -93,8 +92,8 @@ impl App {
             }
             Action::Save => {
                 self.playback.stop();
-                self.saves = self.stuck.is_none();
-                message = self.saves.then(|| "saving".into());
+                self.saves = true;
+                message = Some("saving".into());
                 self.save_if_due();
             }
             Action::Play => self.play(),
@@ -167,24 +166,23 @@ impl App {
         let Some(reload) = self.reload.as_ref().filter(|_| self.options.is_mesh) else {
             return self.say("a scene has its own up axis: nothing turns");
         };
-        let turned = now.next(first).find(|&up| {
-            let rotation = now.turn_to(up);
-            self.host.turn_up(up.name(), rotation)
-        });
-        let Some(up) = turned else { return };
+        let up = axis::next(now, first);
+        let rotation = axis::turn(now, up);
+        self.host.turn_up(up, rotation);
         reload.ask();
         self.up = [first, up];
-        self.turn = now.turn_to(up) * self.turn;
+        self.turn = rotation * self.turn;
     }
 
-    /// Turns the camera as the mesh on the screen was turned.
+    /// Turns the camera as the mesh on the screen was turned. One at its start follows that.
     pub(super) fn turn_camera(&mut self) {
         if self.turn == DMat3::IDENTITY {
             return;
         }
         let turn = std::mem::replace(&mut self.turn, DMat3::IDENTITY);
-        self.home = self.home.rotated(turn);
-        self.orbit.go_to(self.orbit.pose().rotated(turn));
+        if self.orbit.pose() != self.home {
+            self.orbit.go_to(self.orbit.pose().rotated(turn));
+        }
         self.say(format!("{} is up", self.up[1].name()));
     }
 
@@ -255,45 +253,42 @@ impl App {
     }
 
     pub(super) fn key(&mut self, event: &KeyEvent, event_loop: &ActiveEventLoop) {
-        let pressed = event.state == ElementState::Pressed;
+        if event.state == ElementState::Released {
+            if self.held.release(event.physical_key) {
+                self.fly();
+            }
+            return;
+        }
         match keys::action(&event.logical_key) {
+            Some(Action::Step(steps)) => self.step(steps),
             Some(Action::Fly(direction)) if !event.repeat => {
-                if !self.flying.contains(&true) {
+                if !self.held.flies() {
                     // A tap is a step as well.
                     self.flown_at = Instant::now().checked_sub(STEP * 2);
                 }
-                self.flying[direction] = pressed;
+                self.held.press(event.physical_key, direction);
                 self.fly();
             }
-            Some(Action::Fly(_)) | None => {}
-            Some(Action::Step(steps)) if pressed => self.step(steps),
-            Some(action) if pressed && !event.repeat => self.act(action, event_loop),
-            Some(_) => {}
+            Some(action) if !event.repeat => self.act(action, event_loop),
+            _ => {}
         }
     }
 
     /// Flies on for the time since the last step.
     pub(super) fn fly(&mut self) {
-        if !self.flying.contains(&true) {
+        if !self.held.flies() {
             self.flown_at = None;
             return;
         }
         let now = Instant::now();
         let seconds = self.flown_at.map_or(0.0, |at| (now - at).as_secs_f64()).min(0.1);
         self.flown_at = Some(now);
-        let mut step = [0.0; 3];
-        for (_, direction) in self.flying.iter().zip(keys::DIRECTIONS).filter(|(on, _)| **on) {
-            for (sum, part) in step.iter_mut().zip(direction) {
-                *sum += part * seconds;
-            }
-        }
-        self.orbit.fly(step[0], step[1], step[2]);
+        let [right, up, forward] = self.held.flight().map(|part| part * seconds);
+        self.orbit.fly(right, up, forward);
         self.ask();
     }
 
-    pub(super) fn mouse_moved(&mut self, to: PhysicalPosition<f64>) {
-        let [right, down] = [to.x - self.mouse.at.x, to.y - self.mouse.at.y];
-        (self.mouse.at, self.mouse.is_inside) = (to, true);
+    pub(super) fn mouse_moved(&mut self, [right, down]: [f64; 2]) {
         if self.mouse.left {
             self.orbit.turn(right, down);
         } else if self.mouse.right {

@@ -1,6 +1,6 @@
 //! The keys of the window.
 
-use winit::keyboard::{Key, NamedKey};
+use winit::keyboard::{Key, NamedKey, PhysicalKey};
 
 /// The action of a key press.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +47,7 @@ pub enum Action {
     Help,
     /// Close the window.
     Quit,
-    /// Start or stop flying in one of [`DIRECTIONS`].
+    /// Fly in one of [`DIRECTIONS`] as long as the key is held.
     Fly(usize),
 }
 
@@ -60,6 +60,48 @@ pub const DIRECTIONS: [[f64; 3]; 6] = [
     [0.0, 1.0, 0.0],
     [0.0, -1.0, 0.0],
 ];
+
+/// The keys that are held to fly.
+#[derive(Debug, Default)]
+pub struct Held(Vec<(PhysicalKey, usize)>);
+
+impl Held {
+    /// Begins to fly in one of [`DIRECTIONS`].
+    pub fn press(&mut self, key: PhysicalKey, direction: usize) {
+        self.release(key);
+        self.0.push((key, direction));
+    }
+
+    /// Stops what this key began, whatever it means by now: the release of a keypad's arrow is one of a digit if Shift or
+    /// NumLock was pressed meanwhile. Returns false if it began nothing.
+    pub fn release(&mut self, key: PhysicalKey) -> bool {
+        let before = self.0.len();
+        self.0.retain(|(held, _)| *held != key);
+        self.0.len() < before
+    }
+
+    /// Stops.
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// Whether there are any.
+    #[must_use]
+    pub fn flies(&self) -> bool {
+        !self.0.is_empty()
+    }
+
+    /// Returns the flight to the right, upwards and forwards. Two keys of the same direction count as one.
+    #[must_use]
+    pub fn flight(&self) -> [f64; 3] {
+        let is_held = |direction: usize| self.0.iter().any(|held| held.1 == direction);
+        let mut sum = [0.0; 3];
+        for (_, part) in DIRECTIONS.iter().enumerate().filter(|(i, _)| is_held(*i)) {
+            sum = std::array::from_fn(|axis| sum[axis] + part[axis]);
+        }
+        sum
+    }
+}
 
 /// The help. Its lines are short enough for letters of 16 pixels in a window of 512 x 512.
 pub const HELP: [&str; 21] = [

@@ -42,6 +42,7 @@ pub mod worker;
 
 use crate::{
     accel::BuildQuality,
+    format::mesh::UpAxis,
     render::{ByteFilm, Settings, Transfer},
     scene::Scene,
 };
@@ -93,9 +94,8 @@ pub trait Host: Send + Sync {
     /// frame, with these settings and this transfer.
     fn say(&self, view: &str, frame: u32, settings: &Settings, transfer: Transfer);
 
-    /// Makes another axis of a mesh (`x`, `-z`, ...) point up from the next load on, and turns its light by `rotation`.
-    /// Returns false if it cannot.
-    fn turn_up(&self, axis: &str, rotation: DMat3) -> bool;
+    /// Makes another axis of a mesh point up from the next load on, and turns its light by `rotation`.
+    fn turn_up(&self, up: UpAxis, rotation: DMat3);
 }
 
 /// The window before anything is loaded.

@@ -3,13 +3,12 @@
 //! The window frames one of them, or all of them without the ground.
 
 use crate::{
+    format::mesh::UpAxis,
     math::Aabb,
     ray::{InstanceId, SceneHit},
     scene::{Primitive, Scene, weld},
 };
 use glam::DVec3;
-
-use super::axis::Axis;
 
 /// An object is flat if its height is at most this share of its width.
 const FLAT: f32 = 0.02;
@@ -100,7 +99,7 @@ impl Objects {
     /// The box around the object that is hit, relative to [`Scene::offset`]. Without a hit, or if it is of the ground, the
     /// box around all objects except the ground.
     #[must_use]
-    pub fn bounds(&self, scene: &Scene, under: Option<SceneHit>, up: Axis) -> Aabb {
+    pub fn bounds(&self, scene: &Scene, under: Option<SceneHit>, up: UpAxis) -> Aabb {
         let is_ground = self.ground(up);
         let object = under.and_then(|hit| match scene.primitive(hit.primitive) {
             _ if hit.instance != InstanceId::NONE => Some(self.first_instance + hit.instance.0 as usize),
@@ -128,7 +127,7 @@ impl Objects {
     }
 
     /// Which objects are the ground: flat or a huge sphere, much wider than all the others and below them.
-    fn ground(&self, up: Axis) -> Vec<bool> {
+    fn ground(&self, up: UpAxis) -> Vec<bool> {
         let mut is_ground = vec![false; self.boxes.len()];
         for _ in 0..MOST_GROUNDS {
             let rest = (0..self.boxes.len()).filter(|&i| !is_ground[i]);
@@ -145,12 +144,12 @@ impl Objects {
     }
 
     /// The narrower horizontal side of an object.
-    fn width(&self, object: usize, up: Axis) -> f32 {
+    fn width(&self, object: usize, up: UpAxis) -> f32 {
         width(self.boxes[object], up)
     }
 
     /// Whether an object is the ground of others.
-    fn carries(&self, object: usize, others: Aabb, up: Axis) -> bool {
+    fn carries(&self, object: usize, others: Aabb, up: UpAxis) -> bool {
         let bounds = self.boxes[object];
         let direction = up.vector();
         // The heights of the lower and the upper side.
@@ -169,7 +168,7 @@ impl Objects {
     }
 }
 
-fn width(bounds: Aabb, up: Axis) -> f32 {
+fn width(bounds: Aabb, up: UpAxis) -> f32 {
     let extent = bounds.upper - bounds.lower;
     let sides = [extent.x, extent.y, extent.z];
     let vertical = up.vector().abs().max_position();

@@ -1,7 +1,8 @@
 //! The position of the camera and its movements: around its target, towards it, and in free flight.
 
-use super::{axis::Axis, pose::Pose};
+use super::{axis, pose::Pose};
 use crate::{
+    format::mesh::UpAxis,
     math::Aabb,
     scene::{Camera, CameraError, Projection},
 };
@@ -132,10 +133,10 @@ impl Orbit {
     }
 
     /// Frames bounds, which are relative to a point, as seen from one of the six sides of a mesh that stands on `up`.
-    pub fn frame_side(&mut self, bounds: (Aabb, DVec3), aspect: f64, side: usize, up: Axis) {
+    pub fn frame_side(&mut self, bounds: (Aabb, DVec3), aspect: f64, side: usize, up: UpAxis) {
         let Pose { target, .. } = self.pose;
         self.go_to(Pose {
-            eye: target + up.side(side),
+            eye: target + axis::side(up, side),
             up: up.vector(),
             ..self.pose
         });

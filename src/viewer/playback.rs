@@ -212,7 +212,9 @@ impl App {
             return;
         }
         self.playback.stop_at(self.timeline.now().frame(), frame);
-        self.saves = false;
+        if std::mem::take(&mut self.saves) {
+            self.say("not saved");
+        }
         self.show_frame();
         self.stuck = Some(format!("frame {frame}: {why}"));
     }

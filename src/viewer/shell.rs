@@ -9,9 +9,10 @@ use super::{
     screen::Canvas,
     timeline::Timeline,
     watch::Reloaded,
-    window::{App, Framing},
+    window::{App, Framing, Mouse},
     worker::Note,
 };
+use softbuffer::SoftBufferError;
 use std::{
     num::NonZeroU32,
     rc::Rc,
@@ -55,6 +56,20 @@ pub enum Event {
     Close,
 }
 
+/// Why nothing can be drawn, without what only a programmer reads.
+fn no_surface(error: SoftBufferError) -> String {
+    let why = match error {
+        SoftBufferError::PlatformError(Some(what), None) if what.starts_with("Visual ") => {
+            "octray needs an X11 screen with 24-bit colour".into()
+        }
+        SoftBufferError::PlatformError(Some(what), None) => what,
+        SoftBufferError::PlatformError(Some(what), Some(cause)) => format!("{what}: {cause}"),
+        SoftBufferError::PlatformError(None, Some(cause)) => cause.to_string(),
+        error => error.to_string(),
+    };
+    format!("cannot draw into the window: {why}")
+}
+
 /// A window and its pixels.
 pub(super) struct Screen {
     window: Rc<Window>,
@@ -68,14 +83,12 @@ impl Screen {
             .with_title(format!("octray - {}", start.name))
             .with_inner_size(PhysicalSize::new(width, height))
             .with_min_inner_size(PhysicalSize::new(16, 16));
-        let cannot = |what: &str, error: &dyn std::fmt::Display| format!("cannot {what}: {error}");
         let window = event_loop
             .create_window(attributes)
-            .map_err(|error| cannot("open a window", &error))?;
+            .map_err(|error| format!("cannot open a window: {error}"))?;
         let window = Rc::new(window);
-        let draw = |error: softbuffer::SoftBufferError| cannot("draw into the window", &error);
-        let context = softbuffer::Context::new(Rc::clone(&window)).map_err(draw)?;
-        let surface = Surface::new(&context, Rc::clone(&window)).map_err(draw)?;
+        let context = softbuffer::Context::new(Rc::clone(&window)).map_err(no_surface)?;
+        let surface = Surface::new(&context, Rc::clone(&window)).map_err(no_surface)?;
         Ok(Self { window, surface })
     }
 
@@ -99,16 +112,15 @@ impl Screen {
         let (Some(w), Some(h)) = (NonZeroU32::new(width), NonZeroU32::new(height)) else {
             return Ok(());
         };
-        let lost = |error: softbuffer::SoftBufferError| format!("cannot draw into the window: {error}");
-        self.surface.resize(w, h).map_err(lost)?;
-        let mut buffer = self.surface.buffer_mut().map_err(lost)?;
+        self.surface.resize(w, h).map_err(no_surface)?;
+        let mut buffer = self.surface.buffer_mut().map_err(no_surface)?;
         let mut canvas = Canvas {
             pixels: &mut buffer,
             width,
             height,
         };
         paint(&mut canvas, self.window.scale_factor());
-        buffer.present().map_err(lost)
+        buffer.present().map_err(no_surface)
     }
 }
 
@@ -123,6 +135,8 @@ pub(super) struct Shell {
     text: String,
     /// `None` once the app has it.
     screen: Option<Screen>,
+    /// Before there is an app.
+    mouse: Mouse,
     app: Option<App>,
     failure: Option<String>,
 }
@@ -146,6 +160,7 @@ impl Shell {
             results,
             ready,
             screen: None,
+            mouse: Mouse::default(),
             app: None,
             failure: None,
         })
@@ -181,7 +196,8 @@ impl Shell {
                 }
             },
         };
-        let app = App::new(self.start.name.clone(), ready, screen, self.proxy.clone());
+        let (mouse, proxy) = (std::mem::take(&mut self.mouse), self.proxy.clone());
+        let app = App::new(self.start.name.clone(), ready, screen, mouse, proxy);
         self.app = Some(app.map_err(Some)?);
         Ok(())
     }
@@ -246,6 +262,7 @@ impl ApplicationHandler<Event> for Shell {
         if let Some(app) = &mut self.app {
             return app.window_event(event_loop, event);
         }
+        self.mouse.note(&event);
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::KeyboardInput {
@@ -271,3 +288,6 @@ impl ApplicationHandler<Event> for Shell {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,10 +1,9 @@
 //! The window of a loaded scene: shows pictures when they are ready, and waits in between.
 
 use super::{
-    Closed, Host, Options, ViewError,
-    axis::Axis,
+    Closed, Host, Options, ViewError, axis,
     benchmark::Benchmark,
-    keys,
+    keys::Held,
     loading::{Loading, Ready},
     mailbox::{Picture, Shared},
     orbit::Orbit,
@@ -19,7 +18,7 @@ use super::{
     watch::{self, Reload, Reloaded},
     worker::{self, Note},
 };
-use crate::ray::SceneHit;
+use crate::{format::mesh::UpAxis, ray::SceneHit};
 use glam::DMat3;
 use std::{
     sync::{Arc, Mutex, PoisonError},
@@ -52,10 +51,44 @@ pub enum Framing {
 /// Where the mouse is, and its buttons.
 #[derive(Debug, Default)]
 pub(super) struct Mouse {
-    pub(super) at: PhysicalPosition<f64>,
-    pub(super) is_inside: bool,
+    /// `None` until it is known.
+    at: Option<PhysicalPosition<f64>>,
+    is_inside: bool,
     pub(super) left: bool,
     pub(super) right: bool,
+}
+
+impl Mouse {
+    /// Notes what an event says. Returns how far the mouse has moved, pixels to the right and down.
+    pub(super) fn note(&mut self, event: &WindowEvent) -> [f64; 2] {
+        match event {
+            &WindowEvent::CursorMoved { position: to, .. } => {
+                let from = self.at.replace(to).unwrap_or(to);
+                self.is_inside = true;
+                return [to.x - from.x, to.y - from.y];
+            }
+            WindowEvent::CursorLeft { .. } => self.is_inside = false,
+            WindowEvent::MouseInput { state, button, .. } => {
+                let pressed = *state == ElementState::Pressed;
+                match button {
+                    MouseButton::Left => self.left = pressed,
+                    MouseButton::Right => self.right = pressed,
+                    _ => {}
+                }
+            }
+            // Releases in other windows are not reported.
+            WindowEvent::Focused(false) => (self.left, self.right) = (false, false),
+            _ => {}
+        }
+        [0.0; 2]
+    }
+
+    /// The pixel under it in a window of this size.
+    fn pixel(&self, size: [u32; 2]) -> Option<[u32; 2]> {
+        let at = self.at.filter(|_| self.is_inside)?;
+        let inside = |p: f64, pixels: u32| (p >= 0.0 && p < f64::from(pixels)).then_some(p as u32);
+        Some([inside(at.x, size[0])?, inside(at.y, size[1])?])
+    }
 }
 
 /// Which texts are shown over the picture.
@@ -86,7 +119,7 @@ pub struct App {
     /// The starting camera; that of the frame if the scene's camera moves.
     pub(super) home: Pose,
     /// Which axis of a mesh points up: at the start and now.
-    pub(super) up: [Axis; 2],
+    pub(super) up: [UpAxis; 2],
     /// Turns the camera when the mesh, turned by key, is loaded.
     pub(super) turn: DMat3,
     pub(super) style: Style,
@@ -97,7 +130,7 @@ pub struct App {
     pub(super) benchmark: Option<Benchmark>,
 
     pub(super) mouse: Mouse,
-    pub(super) flying: [bool; keys::DIRECTIONS.len()],
+    pub(super) held: Held,
     pub(super) flown_at: Option<Instant>,
 
     pub(super) panels: Panels,
@@ -121,6 +154,7 @@ impl App {
         name: String,
         ready: Ready,
         screen: Screen,
+        mouse: Mouse,
         proxy: EventLoopProxy<Event>,
     ) -> Result<Self, String> {
         let Ready {
@@ -140,7 +174,7 @@ impl App {
             })
         });
         let reload = reload.transpose()?;
-        let up = Axis::nearest(options.pose.up);
+        let up = axis::nearest(options.pose.up);
         let settings = options.settings;
         let mut app = Self {
             name,
@@ -169,8 +203,8 @@ impl App {
             picture: Picture::default(),
             status: Status::default(),
             benchmark: None,
-            mouse: Mouse::default(),
-            flying: Default::default(),
+            mouse,
+            held: Held::default(),
             flown_at: None,
             panels: Panels::default(),
             progress: None,
@@ -234,9 +268,7 @@ impl App {
 
     /// The pixel under the mouse.
     pub(super) fn mouse_pixel(&self) -> Option<[u32; 2]> {
-        let inside = |p: f64, pixels: u32| (p >= 0.0 && p < f64::from(pixels)).then_some(p as u32);
-        let x = inside(self.mouse.at.x, self.size[0]).filter(|_| self.mouse.is_inside)?;
-        Some([x, inside(self.mouse.at.y, self.size[1])?])
+        self.mouse.pixel(self.size)
     }
 
     /// A description of what is under the mouse, if it is switched on.
@@ -333,11 +365,8 @@ impl App {
                 self.take_timeline(timeline);
                 self.error = None;
                 self.say(what);
-                // A turned mesh has the turned camera.
-                if self.up[0] == self.up[1] && self.turn == DMat3::IDENTITY {
-                    self.go_home(home);
-                }
                 self.turn_camera();
+                self.go_home(home);
                 self.show_frame();
             }
             Err(error) => {
@@ -354,7 +383,7 @@ impl App {
     pub(super) fn new_events(&mut self, cause: StartCause) {
         if matches!(cause, StartCause::ResumeTimeReached { .. }) {
             self.play_on(Instant::now());
-            if self.flying.contains(&true) {
+            if self.held.flies() {
                 self.fly();
             }
             if self.message.is_some() {
@@ -387,6 +416,7 @@ impl App {
     }
 
     pub(super) fn window_event(&mut self, event_loop: &ActiveEventLoop, event: WindowEvent) {
+        let moved = self.mouse.note(&event);
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(size) => self.resized(size),
@@ -397,25 +427,11 @@ impl App {
                 is_synthetic: false,
                 ..
             } => self.key(&event, event_loop),
-            WindowEvent::CursorMoved { position, .. } => self.mouse_moved(position),
-            WindowEvent::CursorLeft { .. } => {
-                self.mouse.is_inside = false;
-                self.redraw();
-            }
-            WindowEvent::MouseInput { state, button, .. } => {
-                let pressed = state == ElementState::Pressed;
-                match button {
-                    MouseButton::Left => self.mouse.left = pressed,
-                    MouseButton::Right => self.mouse.right = pressed,
-                    _ => {}
-                }
-            }
+            WindowEvent::CursorMoved { .. } => self.mouse_moved(moved),
+            WindowEvent::CursorLeft { .. } => self.redraw(),
             WindowEvent::MouseWheel { delta, .. } => self.wheel(delta),
             // Releases in other windows are not reported.
-            WindowEvent::Focused(false) => {
-                self.flying = Default::default();
-                (self.mouse.left, self.mouse.right) = (false, false);
-            }
+            WindowEvent::Focused(false) => self.held.clear(),
             WindowEvent::RedrawRequested => {
                 if let Err(why) = self.draw() {
                     self.failure = Some(why);
@@ -427,10 +443,7 @@ impl App {
     }
 
     pub(super) fn about_to_wait(&self, event_loop: &ActiveEventLoop) {
-        let step = self
-            .flown_at
-            .filter(|_| self.flying.contains(&true))
-            .map(|at| at + STEP);
+        let step = self.flown_at.filter(|_| self.held.flies()).map(|at| at + STEP);
         let message = self.message.as_ref().map(|(_, until)| *until);
         let next = [step, message, self.playback.next()].into_iter().flatten().min();
         event_loop.set_control_flow(next.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));

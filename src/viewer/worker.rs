@@ -126,7 +126,8 @@ impl Session<'_> {
             if !new.same_scene(old) {
                 return Some(newer);
             }
-            moving |= !new.same_picture(old);
+            // Not by comparison: after A, B, A the picture of the first A may have been dropped for that of B.
+            moving = newer.generation != job.generation;
             job = newer;
         }
     }
@@ -268,3 +269,6 @@ impl Session<'_> {
         );
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -60,7 +60,9 @@ const MODULES: [(&str, Option<&str>); 26] = [
     ),
     (
         "viewer",
-        Some("render shade reference trace accel scene geometry classic heat ray simd lanes math error"),
+        Some(
+            "render shade reference trace accel format scene geometry classic heat ray simd lanes math error",
+        ),
     ),
     ("cli", None),
     // The program uses the library as any other user does.

@@ -15,7 +15,7 @@ use crate::{
         write::{Format, Inputs, Pixels, json_line, write_json},
     },
     error::clip,
-    format::Limits,
+    format::{Limits, mesh::UpAxis},
     render::{ByteFilm, Settings, Transfer},
     scene::Scene,
     viewer::{
@@ -198,6 +198,29 @@ impl Program {
         self.mesh.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Plays the animation of the mesh's file as it is now. Returns false if it has none.
+    ///
+    /// # Errors
+    /// Why it cannot be played.
+    fn play(&self) -> Result<bool, String> {
+        let moment = self.mesh().moment.clone();
+        let animation = moment.and_then(|moment| moment.animation);
+        let playing = Playing {
+            animation: animation.as_deref(),
+            is_default: false,
+            fps: self.fps,
+            memory: self.memory,
+        };
+        let playback = playback_of(&self.input.path, playing, None);
+        let playback = playback.map_err(|error| error.text().unwrap_or_default())?;
+        let (mut mesh, plays) = (self.mesh(), playback.is_some());
+        if plays || mesh.playback.is_some() {
+            mesh.moment = playback.as_ref().map(|playback| playback.moment(1));
+            mesh.playback = playback;
+        }
+        Ok(plays)
+    }
+
     /// Prints the warnings of a load that the one before did not have.
     fn warn(&self, notes: Vec<String>) {
         let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
@@ -251,6 +274,11 @@ impl Host for Program {
             let why = "standard input cannot be read again";
             return (Err(why.into()), Sources::default());
         }
+        if self.mesh().playback.is_some()
+            && let Err(why) = self.play()
+        {
+            return (Err(why), Sources::default());
+        }
         let input = InputPlan {
             mesh: self.mesh().clone(),
             ..self.input.clone()
@@ -285,30 +313,14 @@ impl Host for Program {
         if self.style.is_none() || self.input.kind != InputKind::Mesh {
             return Ok(false);
         }
-        let mut mesh = self.mesh();
-        let animation = mesh.moment.as_ref().and_then(|moment| moment.animation.clone());
-        let playing = Playing {
-            animation: animation.as_deref(),
-            is_default: false,
-            fps: self.fps,
-            memory: self.memory,
-        };
-        let playback = playback_of(&self.input.path, playing, None);
-        let Some(playback) = playback.map_err(|error| error.text().unwrap_or_default())? else {
-            return Ok(false);
-        };
-        (mesh.moment, mesh.playback) = (Some(playback.moment(1)), Some(playback));
-        Ok(true)
+        self.play()
     }
 
-    fn turn_up(&self, axis: &str, rotation: DMat3) -> bool {
-        let Ok(up) = axis.parse() else {
-            return false;
-        };
+    fn turn_up(&self, up: UpAxis, rotation: DMat3) {
         let mut mesh = self.mesh();
-        let lit_from = mesh.lit_from.or(*self.lit_from());
-        (mesh.up_axis, mesh.lit_from) = (Some(up), lit_from.map(|from| rotation * from));
-        true
+        mesh.turned = rotation * mesh.turned;
+        mesh.up_axis = Some(up);
+        mesh.lit_from = mesh.lit_from.map(|from| rotation * from);
     }
 
     fn save(&self, film: &ByteFilm) -> Result<String, String> {
@@ -337,7 +349,10 @@ impl Host for Program {
     }
 
     fn say(&self, view: &str, frame: u32, settings: &Settings, transfer: Transfer) {
-        let scene = quoted_path(&self.input.path);
+        let scene = match &self.input.path {
+            path if is_standard_stream(path) => "-".into(),
+            path => quoted_path(path),
+        };
         let Settings { width, height, .. } = settings;
         let mut options = self.mesh_options(frame) + &spelled(settings, transfer, self.style);
         // That is where a scene stands anyway.

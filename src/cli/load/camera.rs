@@ -11,7 +11,7 @@ use crate::{
     format::mesh::{LoadedMesh, UpAxis, index_of, listed},
     scene::{Camera, FitView, Lens, NamedCamera, Projection, Scene, View},
 };
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// A focus distance at which no usable aperture is too large.
 const FAR: f64 = 1e9;
@@ -139,11 +139,35 @@ impl CameraOptions {
 
     /// The camera for a mesh whose `up` axis points up. By default it frames the mesh for a picture of that aspect
     /// (width over height); on an orbit, from all sides. An orthographic camera stands where a
-    /// perspective one would.
+    /// perspective one would. Of a mesh that was turned since, a side is framed again, and any other view is turned, too.
     ///
     /// # Errors
     /// [`CliError::Usage`]: no such camera, or the options make no view.
     pub fn for_mesh(
+        &self,
+        mesh: &LoadedMesh,
+        up: UpAxis,
+        aspect: f64,
+        shown: &MeshOptions,
+    ) -> Result<Camera, CliError> {
+        let turned = shown.turned;
+        let is_side = matches!(self.start, StartView::Default | StartView::Side(_)) && self.up.is_none();
+        if is_side || turned == DMat3::IDENTITY {
+            return self.for_mesh_at_start(mesh, up, aspect, shown);
+        }
+        let is_before = |axis: &UpAxis| turned * axis.vector() == up.vector();
+        let before = UpAxis::ALL.into_iter().find(is_before).unwrap_or(up);
+        let camera = self.for_mesh_at_start(mesh, before, aspect, shown)?;
+        let View { eye, target, up, .. } = camera.view();
+        Ok(Camera::new(&View {
+            eye: target + turned * (eye - target),
+            up: turned * up,
+            ..camera.view()
+        })?)
+    }
+
+    /// The camera for a mesh that is not turned.
+    fn for_mesh_at_start(
         &self,
         mesh: &LoadedMesh,
         up: UpAxis,

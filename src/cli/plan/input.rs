@@ -10,7 +10,7 @@ use crate::{
     },
     scene::Projection,
 };
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use std::{
     ffi::OsStr,
     io::Read,
@@ -119,6 +119,8 @@ pub struct MeshOptions {
     /// Whether the style was chosen.
     pub is_style_given: bool,
     pub up_axis: Option<UpAxis>,
+    /// How keys have turned the mesh, with its up axis, since the camera was chosen.
+    pub turned: DMat3,
     pub ground: bool,
     pub smooth_degrees: Option<f64>,
     /// Diameter of points and lines; by their spacing or size if `None`.

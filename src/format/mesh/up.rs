@@ -77,7 +77,7 @@ impl UpAxis {
         self.vector().cross(self.front())
     }
 
-    fn opposite(self) -> Self {
+    pub(crate) fn opposite(self) -> Self {
         match self {
             Self::X => Self::MinusX,
             Self::Y => Self::MinusY,

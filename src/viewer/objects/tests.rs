@@ -7,10 +7,6 @@ use glam::Vec3;
 
 const MATERIAL: MaterialId = MaterialId(1);
 
-fn up() -> Axis {
-    Axis::nearest(DVec3::Z)
-}
-
 /// A square at a height, as two triangles with corners of their own.
 fn add_square(builder: &mut SceneBuilder, half: f32, z: f32) {
     let corner = |x: f32, y: f32| Vec3::new(x * half, y * half, z);
@@ -45,7 +41,7 @@ fn hit(id: u32) -> SceneHit {
 }
 
 fn bounds_under(scene: &Scene, id: Option<u32>) -> Aabb {
-    Objects::new(scene).bounds(scene, id.map(hit), up())
+    Objects::new(scene).bounds(scene, id.map(hit), UpAxis::Z)
 }
 
 #[test]
@@ -81,7 +77,7 @@ fn the_ground_is_never_framed() {
         assert_eq!(bounds_under(&scene, under), all);
     }
     // Seen with another axis up it is a wall.
-    let wall = Objects::new(&scene).bounds(&scene, Some(hit(0)), Axis::nearest(DVec3::Y));
+    let wall = Objects::new(&scene).bounds(&scene, Some(hit(0)), UpAxis::Y);
     assert_eq!(wall.upper.x, 2000.0);
 }
 

@@ -230,14 +230,14 @@ fn six_sides_show_the_whole_mesh() {
         upper: Vec3::new(1.0, 1.0, 0.0),
     };
     for direction in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_Y] {
-        let up = Axis::nearest(direction);
+        let up = axis::nearest(direction);
         for (side, bounds) in (0..6).flat_map(|side| [LONG, flat, cube(1e-4), cube(1e6)].map(|b| (side, b))) {
             for aspect in [1.0, 0.3, 2.0] {
                 let mut orbit = view(3);
                 orbit.frame_side(here(bounds), aspect, side, up);
                 assert!((0.7..1.0).contains(&filled(&orbit, bounds, aspect)));
                 let away = (orbit.pose().eye - orbit.pose().target).normalize();
-                assert!((away - up.side(side)).length() < 1e-9);
+                assert!((away - axis::side(up, side)).length() < 1e-9);
                 assert_eq!(orbit.pose().up, direction);
                 // It is a view that drags can go on from.
                 orbit.turn(8.0, 4.0);
@@ -249,18 +249,18 @@ fn six_sides_show_the_whole_mesh() {
 
 #[test]
 fn turning_up_turns_the_camera_with_the_mesh() {
-    let (y, z) = (Axis::nearest(DVec3::Y), Axis::nearest(DVec3::Z));
+    let (y, z) = (UpAxis::Y, UpAxis::Z);
     let mut orbit = view(1);
     orbit.frame_side(here(LONG), 1.0, 0, y);
     let before = orbit.pose();
     let center = before.target;
-    orbit.go_to(before.rotated(y.turn_to(z)));
+    orbit.go_to(before.rotated(axis::turn(y, z)));
     let after = orbit.pose();
     assert_eq!((after.up, after.target), (DVec3::Z, center));
     // The front of a mesh that stands on z looks towards -y.
     let direction = (after.eye - center).normalize();
     assert!((direction - DVec3::NEG_Y).length() < 1e-12);
-    assert!((after.rotated(z.turn_to(y)).eye - before.eye).length() < 1e-9);
+    assert!((after.rotated(axis::turn(z, y)).eye - before.eye).length() < 1e-9);
 }
 
 #[test]

@@ -1,11 +1,7 @@
 //! Tests of `probe`.
 
 use super::*;
-use crate::{
-    accel::Bvh,
-    scene::SceneBuilder,
-    viewer::{axis::Axis, pose::Pose},
-};
+use crate::{accel::Bvh, format::mesh::UpAxis, scene::SceneBuilder, viewer::pose::Pose};
 use glam::Vec3;
 
 /// From a mouse over a scene to the box that `f` frames.
@@ -30,10 +26,9 @@ fn the_ground_under_the_mouse_is_not_framed() {
     let bounds = |pixel| {
         let (_, hit, _) = pick(&model, &camera, [100, 100], pixel);
         let under = hit.is_hit().then_some(hit);
-        let up = Axis::nearest(glam::DVec3::Z);
         (
             hit.is_hit(),
-            model.objects().bounds(&model.scene, under, up).upper.y,
+            model.objects().bounds(&model.scene, under, UpAxis::Z).upper.y,
         )
     };
     assert_eq!(bounds([50, 50]), (true, 0.5));

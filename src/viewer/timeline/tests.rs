@@ -2,9 +2,9 @@
 
 use super::*;
 use crate::{
+    format::mesh::UpAxis,
     math::Aabb,
     scene::{Motion, SceneBuilder, Step, Transform},
-    viewer::axis::Axis,
 };
 use glam::{DVec3, Vec3};
 
@@ -33,10 +33,7 @@ fn rolling() -> Timeline {
 fn a_scene_moves_when_nobody_uses_it() {
     let timeline = rolling();
     assert_eq!((timeline.count(), timeline.now().frame()), (9, 1));
-    let all = |model: &Model| {
-        let up = Axis::nearest(DVec3::Z);
-        model.objects().bounds(&model.scene, None, up)
-    };
+    let all = |model: &Model| model.objects().bounds(&model.scene, None, UpAxis::Z);
     let reach = |bounds: Aabb| bounds.upper.x;
     let first = timeline.now();
     assert_eq!(reach(all(&first)), 11.0);

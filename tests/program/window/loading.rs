@@ -34,6 +34,29 @@ pub fn is_shown(screen: &Screen) {
     viewer.feed("light 3 -2 5 0.7\nmaterial 1\nsphere 0 0 0.5 0.9\n");
     viewer.wait_for_title("120x90 - 4 samples - done");
     viewer.quit("q");
+    // Where the mouse is by then counts: a drag begins there, and `f` frames what is under it.
+    let mut viewer = Viewer::open_file(screen, "-", "", SIZE, &["--view=1", "--samples=1"]);
+    viewer.move_mouse([100, 75]);
+    viewer.feed("light 3 -2 5 0.7\nmaterial 1\nsphere 0 0 0.5 0.5\nsphere 0 0 9 0.5\n");
+    viewer.wait_for_title("1 sample - done");
+    let camera_after = |keys: &[&str]| {
+        viewer.keys(keys);
+        viewer.camera_options()
+    };
+    let framed = camera_after(&["f"]);
+    let start = camera_after(&["Home"]);
+    let camera_after_drag_to = |to: [u32; 2]| {
+        viewer.button(1, true);
+        viewer.move_mouse(to);
+        viewer.button(1, false);
+        viewer.camera_options()
+    };
+    let turned = camera_after_drag_to([104, 75]);
+    assert_eq!(camera_after(&["Home", "f"]), framed);
+    viewer.key("Home");
+    assert_eq!(camera_after_drag_to([108, 75]), turned);
+    assert!(![framed, turned].contains(&start), "{start}");
+    viewer.quit("q");
 }
 
 /// A scene that changes while it is loaded is loaded again, and so is a file in a folder that takes another one's place.

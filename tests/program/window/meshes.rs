@@ -97,6 +97,14 @@ pub fn have_six_sides_and_turn(screen: &Screen) {
     check(&viewer, "turned");
     viewer.key("Home");
     check(&viewer, "the starting camera, turned");
+    // A camera that stands there follows the file.
+    let before = viewer.camera_options();
+    viewer.write("t.ply", &triangle("5"));
+    wait_for("another camera", || match viewer.camera_options() {
+        line if line == before => Err(line),
+        _ => Ok(()),
+    });
+    check(&viewer, "the starting camera of another file, turned");
     viewer.quit("q");
 }
 

@@ -93,6 +93,11 @@ pub fn step_past_a_frame(screen: &Screen) {
     viewer.key("period");
     viewer.wait_for_change("why frame 2 fails", &viewer.render(&["--frames=1"]), 0.005);
     assert!(viewer.title().contains("frame 1/3 "), "{}", viewer.title());
+    // The picture on the screen can be saved.
+    viewer.key("s");
+    viewer.wait_for_file("b-1.png");
+    let first = viewer.render(&["--samples=1", "--frames=1"]);
+    assert_eq!(difference(&viewer.picture("b-1.png"), &first, 0), 0);
     viewer.key("period");
     stands_at(3);
     viewer.quit("q");
@@ -127,15 +132,21 @@ pub fn play_a_mesh(screen: &Screen) {
     let mut viewer = Viewer::open_file(screen, "t.gltf", &playback::swing(), SIZE, &options);
     viewer.wait_for_picture("the pose without animation", &still, BELOW_MESSAGE);
     viewer.keys(&["period", "period", "comma", "period"]);
-    wait_for("the third frame", || {
-        let title = viewer.title();
-        if title.contains("frame 3/") && title.ends_with("done") {
-            Ok(())
-        } else {
-            Err(title)
-        }
-    });
-    stopped(&viewer);
-    assert!(viewer.title().contains("frame 3/"), "{}", viewer.title());
+    let stands_at = |frame: &str| {
+        wait_for(frame, || {
+            let title = viewer.title();
+            let is_there = title.contains(&format!("frame {frame} ")) && title.ends_with("done");
+            if is_there { Ok(()) } else { Err(title) }
+        });
+        stopped(&viewer);
+        assert!(viewer.title().contains(frame), "{}", viewer.title());
+    };
+    stands_at("3/8");
+    // Another file has other frames. The one that is shown stays, or the last one is shown.
+    for (seconds, frame) in [("1", "3/4"), ("0.5", "2/2"), ("3", "2/12")] {
+        let length = format!("\"max\":[{seconds}]");
+        viewer.write("t.gltf", &playback::swing().replace("\"max\":[2]", &length));
+        stands_at(frame);
+    }
     viewer.quit("q");
 }
