@@ -136,7 +136,13 @@ impl TriangleBlocks {
     ) -> &'a TriangleBlock {
         match self {
             Self::Whole(blocks) => &blocks[i],
-            Self::Indexed(blocks) => room.insert(blocks[i].whole(simd)),
+            Self::Indexed(blocks) => {
+                let block = &blocks[i];
+                room.insert(simd.call(
+                    #[inline(always)]
+                    || block.whole(simd),
+                ))
+            }
         }
     }
 
@@ -149,7 +155,13 @@ impl TriangleBlocks {
     ) -> [Vec3Lanes<V>; 3] {
         match self {
             Self::Whole(blocks) => TriangleBlock::corners(simd, [&blocks[low], &blocks[high]]),
-            Self::Indexed(blocks) => IndexedBlock::corners(simd, [&blocks[low], &blocks[high]]),
+            Self::Indexed(blocks) => {
+                let two = [&blocks[low], &blocks[high]];
+                simd.call(
+                    #[inline(always)]
+                    || IndexedBlock::corners(simd, two),
+                )
+            }
         }
     }
 }
