@@ -59,7 +59,7 @@ type Read = Result<(LoadedMesh, Unusable<TextFault>), TextFault>;
 /// Reads a mesh in free format; `None` if it is in no format.
 fn read_free(text: &[u8], path: &Path, budget: &Budget) -> Option<Read> {
     let before = budget.taken();
-    for vertices in [Vertices::Lines, Vertices::Numbers] {
+    for vertices in [Vertices::All, Vertices::Lines, Vertices::Numbers] {
         if let Err(error) = budget.take(text.len()) {
             return Some(Err(error.into()));
         }

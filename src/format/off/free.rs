@@ -13,6 +13,8 @@ pub(super) enum Vertices {
     Lines,
     /// By the count of their numbers.
     Numbers,
+    /// So, too, and no number of the file is left over: the surest division.
+    All,
 }
 
 /// The text with each vertex and each face in a line; `None` if it cannot be divided into as many as it promises. So that a
@@ -41,10 +43,14 @@ pub(super) fn in_lines(text: &[u8], vertices: Vertices) -> Option<Vec<u8>> {
                 free.line_of(|free| free.word().map(drop))?;
                 free.end_line();
             }
-            Vertices::Numbers => free.line_of(|free| free.words(numbers))?,
+            Vertices::Numbers | Vertices::All => free.line_of(|free| free.words(numbers))?,
         }
     }
-    let have_lines = free.have_lines(header.faces);
+    let is_whole = free.ends_with_faces(header.faces);
+    if vertices == Vertices::All && !is_whole {
+        return None;
+    }
+    let have_lines = !is_whole && free.have_lines(header.faces);
     for _ in 0..header.faces {
         free.line_of(|free| {
             let corners = free.word()?;
@@ -108,6 +114,28 @@ impl Free {
     fn end_line(&mut self) {
         let rest = &self.text[self.at..];
         self.at += rest.iter().position(is_line_end).unwrap_or(rest.len());
+    }
+
+    /// Whether as many faces follow, and nothing else: then no word is part of a colour.
+    fn ends_with_faces(&self, count: usize) -> bool {
+        let rest = &self.text[self.at..];
+        let mut words = rest
+            .split(u8::is_ascii_whitespace)
+            .filter(|word| !word.is_empty());
+        for _ in 0..count {
+            let corners = words
+                .next()
+                .and_then(|word| std::str::from_utf8(word).ok()?.parse().ok());
+            let is_whole = match corners {
+                None => false,
+                Some(0) => true,
+                Some(corners) => words.by_ref().nth(corners - 1_usize).is_some(),
+            };
+            if !is_whole {
+                return false;
+            }
+        }
+        words.next().is_none()
     }
 
     /// Whether the line is at its end, and as many lines with words follow.

@@ -124,6 +124,10 @@ fn free_format() {
         format!("4 2 0\n{vertices}\n3 0 1\n2\n\n4 0 1 2 3"),
         format!("OFF4 2 0 {vertices} 3 0 1 2 4 0 1 2 3\n\n# end"),
         format!("OFF\n4 2 0\n{SQUARE}3\n0\n1\n2\n4\n0\n1\n2\n3\n"),
+        // As many lines as faces, and more, but no colours.
+        format!("OFF\n4 2 0\n{SQUARE}3 0 1\n2 4 0\n1 2 3\n"),
+        format!("OFF\n4 2 0\n{vertices}\n3 0\n1 2 4\n0 1 2\n3\n"),
+        "OFF\n4 2 0\n0 0 0 1 0\n0 1 1 0 0\n1 0 3\n0 1 2\n4\n0\n1 2 3".to_owned(),
         format!(
             "\u{feff}OFF\r4 2 0\r{}3 0 1 2\r4 0\r1 2 3\r",
             SQUARE.replace('\n', "\r")
