@@ -19,6 +19,7 @@ const EXPECTED: &str = "expected grey, RGB or CMYK of 8-bit or 16-bit integers, 
 const BITS: u16 = 258;
 const COMPRESSION: u16 = 259;
 const INTERPRETATION: u16 = 262;
+const FILL_ORDER: u16 = 266;
 const CHANNELS: u16 = 277;
 const COLOR_MAP: u16 = 320;
 const EXTRA: u16 = 338;
@@ -69,6 +70,10 @@ impl Tiff {
             });
         };
         let number = |tag, usual| directory.number(tag, 0).unwrap_or(usual);
+        // The decoder would take them for the usual order.
+        if number(FILL_ORDER, 1) != 1 {
+            return Err("this is a TIFF with the bits of each byte in reverse order (FillOrder 2), expected the usual order".into());
+        }
         let (bits, format, channels) = (number(BITS, 1), number(SAMPLE_FORMAT, 1), number(CHANNELS, 1));
         let is_read = match (number(INTERPRETATION, 0), format) {
             (0 | 1, 1) => channels == 1 && matches!(bits, 1 | 8 | 16),

@@ -115,6 +115,15 @@ fn what_to_do_with_other_tiff_is_said() {
     let expected = "a.obj: texture a.png is not shown: this is a TIFF with a palette of 0 colours, expected grey, RGB or CMYK of \
                     8-bit or 16-bit integers, RGB of 32-bit floats, black and white, or a palette of 2 or 256 colours";
     assert_eq!(notes, [expected]);
+    // Instead of the rows of a strip, the order of bits.
+    let mut tiff = with_palette(b"II*\0", u16::to_le_bytes, 0xffff, 1);
+    let key = [278_u16, 3, 1, 0].map(u16::to_le_bytes).concat();
+    let at = tiff.windows(8).position(|bytes| bytes == key).expect("an entry");
+    (tiff[at], tiff[at + 8]) = (266_u16.to_le_bytes()[0], 2);
+    let (_, notes) = obj_scene("map_Kd a.png", &tiff);
+    let expected = "a.obj: texture a.png is not shown: this is a TIFF with the bits of each byte in reverse order (FillOrder 2), \
+                    expected the usual order";
+    assert_eq!(notes, [expected]);
 }
 
 /// Options of `map_Kd` scale and offset the coordinates, whose origin is the lower left corner.
