@@ -145,7 +145,8 @@ impl App {
         }
         let [width, height] = self.size.map(f64::from);
         let aspect = width / height.max(1.0);
-        let [_, up] = self.up;
+        // Of the mesh on the screen: one that is loaded again is not there yet, and turns the camera when it is.
+        let up = axis::nearest(self.turn.transpose() * self.up[1].vector());
         let bounds = |under| {
             let bounds = model.objects().bounds(&model.scene, under, up);
             (bounds, model.scene.offset())
@@ -168,7 +169,9 @@ impl App {
         };
         let up = axis::next(now, first);
         let rotation = axis::turn(now, up);
-        self.host.turn_up(up, rotation);
+        if let Err(why) = self.host.turn_up(up, rotation) {
+            return self.say(why);
+        }
         reload.ask();
         self.up = [first, up];
         self.turn = rotation * self.turn;

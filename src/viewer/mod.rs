@@ -95,7 +95,10 @@ pub trait Host: Send + Sync {
     fn say(&self, view: &str, frame: u32, settings: &Settings, transfer: Transfer);
 
     /// Makes another axis of a mesh point up from the next load on, and turns its light by `rotation`.
-    fn turn_up(&self, up: UpAxis, rotation: DMat3);
+    ///
+    /// # Errors
+    /// Why it cannot be loaded again.
+    fn turn_up(&self, up: UpAxis, rotation: DMat3) -> Result<(), String>;
 }
 
 /// The window before anything is loaded.

@@ -268,11 +268,12 @@ impl Program {
     }
 }
 
+const NOT_AGAIN: &str = "standard input cannot be read again";
+
 impl Host for Program {
     fn load(&self, loading: &Loading) -> (Result<Loaded, String>, Sources) {
         if is_standard_stream(&self.input.path) {
-            let why = "standard input cannot be read again";
-            return (Err(why.into()), Sources::default());
+            return (Err(NOT_AGAIN.into()), Sources::default());
         }
         if self.mesh().playback.is_some()
             && let Err(why) = self.play()
@@ -316,11 +317,15 @@ impl Host for Program {
         self.play()
     }
 
-    fn turn_up(&self, up: UpAxis, rotation: DMat3) {
+    fn turn_up(&self, up: UpAxis, rotation: DMat3) -> Result<(), String> {
+        if is_standard_stream(&self.input.path) {
+            return Err(NOT_AGAIN.into());
+        }
         let mut mesh = self.mesh();
         mesh.turned = rotation * mesh.turned;
         mesh.up_axis = Some(up);
         mesh.lit_from = mesh.lit_from.map(|from| rotation * from);
+        Ok(())
     }
 
     fn save(&self, film: &ByteFilm) -> Result<String, String> {
