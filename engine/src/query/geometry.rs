@@ -300,7 +300,8 @@ impl Geometry {
     /// a closed mesh has an even number of crossings.
     ///
     /// Where rounding could decide, exact signs do, for a line that is moved by infinitesimal amounts, the same for all
-    /// triangles. So parity is right for any mesh, unless the ray starts within rounding error of it.
+    /// triangles. So parity is right for any mesh, unless the ray starts within rounding error of it. A sphere is crossed where
+    /// the ray enters it and where it leaves it.
     #[must_use]
     pub fn crossings(&self, ray: &Ray) -> Vec<Hit> {
         self.crossings_of(UnitRay::new(ray, self.middle()))

@@ -73,8 +73,8 @@ impl InstancedHit {
 /// Coordinates are stored in `f32`, those of geometries as [`Geometry`] has them, and those of instances relative to the centre
 /// of the scene on each axis on which it is far from 0. Transforms are multiplied in `f64` and their inverses are rounded to `f32`
 /// once. So t is accurate to about 1e-7 of the scene's size and the origin's distance, times the ratio of a transform's
-/// largest to its least scale, for rays at right angles to the surface. A ray misses an instance if it starts, in the space of
-/// the geometry, farther than 10^9 times the geometry's size from it.
+/// largest to its least scale, for rays at right angles to the surface. A ray may miss an instance if it starts, in the space
+/// of the geometry, farther than 2 * 10^8 times the geometry's size from it.
 ///
 /// ```
 /// # use octray_engine as octray;

@@ -15,7 +15,7 @@ use crate::{
 };
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use std::cell::Cell;
+use std::{cell::Cell, fmt};
 
 /// Packets that are prepared, traced and reported at a time: they stay in the L2 cache.
 // Tuned: see docs/lab-notes.md#varied-constants
@@ -117,7 +117,6 @@ impl Target for Geometry {
 /// Traces many rays on the calling thread, with memory that is reused from call to call. [`Geometry::closest_hits`],
 /// [`Geometry::occluded_each`] and those of [`InstancedGeometry`](crate::InstancedGeometry) use all threads of rayon's pool
 /// instead.
-#[derive(Debug)]
 pub struct Worker<'a, G = Geometry> {
     geometry: &'a G,
     tracer: Tracer<'a>,
@@ -148,6 +147,14 @@ pub(super) fn occluded_each<G: Target>(geometry: &G, rays: Rays<'_>, occluded: &
             G::occluded_of_piece(worker, rays.part(start..start + occluded.len()), occluded);
         },
     );
+}
+
+impl<G: fmt::Debug> fmt::Debug for Worker<'_, G> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Worker")
+            .field("geometry", &self.geometry)
+            .finish_non_exhaustive()
+    }
 }
 
 impl<G> Drop for Worker<'_, G> {
