@@ -292,8 +292,8 @@ pub(super) fn interval<V: Lanes>(
     }
 }
 
-/// Completes the canonical test of a triangle: a block's index and a lane. Returns whether a lane may have taken a hit, in occlusion
-/// whether all lanes are done.
+/// Completes the canonical test of a triangle: a block's index and a lane. Returns whether a lane may have taken a hit, in
+/// occlusion whether all lanes are done.
 // Tuned: see docs/lab-notes.md#occlusion-without-branches
 #[inline(always)]
 pub(super) fn hit<V: Lanes, const ANY: bool>(
