@@ -4,6 +4,7 @@ use std::{
     fs,
     path::{Path, PathBuf},
     process::{Child, Command, ExitStatus, Output, Stdio},
+    time::{Duration, Instant},
 };
 use tempfile::TempDir;
 
@@ -149,9 +150,22 @@ pub fn shipped_mesh(name: &str) -> String {
 
 /// Sends a signal, such as `-INT`, to a program that may have ended already.
 pub fn send_signal(child: &Child, name: &str) {
+    // Jobs in the background ignore SIGINT until octray listens: before, it would get lost.
+    let start = Instant::now();
+    while name == "-INT" && ignores_interrupts(child) && start.elapsed() < Duration::from_secs(10) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
     let _ = Command::new("kill")
         .args([name, &child.id().to_string()])
         .output();
+}
+
+/// Whether a process ignores SIGINT, as far as that is known.
+fn ignores_interrupts(child: &Child) -> bool {
+    let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask & 2 != 0)
 }
 
 /// Expects `text` to contain all of these.

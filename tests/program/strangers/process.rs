@@ -76,8 +76,8 @@ fn signals_are_heard_whatever_is_in_hand() {
             let arguments: Vec<&str> = arguments.split(' ').collect();
             let mut child = folder.command(&arguments).spawn().unwrap();
             std::thread::sleep(Duration::from_millis(milliseconds));
-            let start = Instant::now();
             send_signal(&child, signal);
+            let start = Instant::now();
             let status = child.wait().unwrap();
             let waited = start.elapsed();
             assert!(waited < MOST_WAIT, "{arguments:?} {milliseconds}: {waited:?}");
