@@ -43,7 +43,7 @@ fn transform(matrix: &[f64; 12]) -> Transform {
 
 #[pymethods]
 impl Scene {
-    /// `matrices` has a row of 12 numbers for each instance, `indices` its mesh, which is there.
+    /// For each instance, `matrices` has a row of 12 numbers, and `indices` a valid index into `meshes`.
     #[new]
     fn new(
         py: Python<'_>,

@@ -68,7 +68,7 @@ pub enum QueryError {
     },
     /// Spheres have no inside in these queries.
     HasSpheres,
-    /// An instance is of a mesh that is not there.
+    /// An instance has the index of a mesh that does not exist.
     MeshIndex {
         /// The instance's index.
         instance: usize,

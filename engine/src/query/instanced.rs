@@ -116,8 +116,8 @@ impl fmt::Debug for InstancedGeometry {
 }
 
 impl InstancedGeometry {
-    /// Places geometries: each instance is an index into `meshes` and a transform. Copies the geometries and builds their
-    /// hierarchies anew, on rayon's threads.
+    /// Places geometries: each instance is an index into `meshes` and a transform. Copies the geometries and builds
+    /// hierarchies of the copies, on rayon's threads.
     ///
     /// An instance of an empty geometry keeps its index and is never hit.
     ///

@@ -128,7 +128,7 @@ impl Transform {
             .all(|&area| area == DVec3::ZERO)
     }
 
-    /// Returns whether no number is NaN or infinite.
+    /// Returns whether all its numbers are finite.
     pub(crate) fn is_finite(&self) -> bool {
         self.linear.is_finite() && self.offset.is_finite()
     }

@@ -139,7 +139,7 @@ impl CameraOptions {
 
     /// The camera for a mesh whose `up` axis points up. By default it frames the mesh for a picture of that aspect
     /// (width over height); on an orbit, from all sides. An orthographic camera stands where a
-    /// perspective one would. Of a mesh that was turned since, a side is framed again, and any other view is turned, too.
+    /// perspective one would. If keys have turned the mesh, a side is framed again, and any other view is turned, too.
     ///
     /// # Errors
     /// [`CliError::Usage`]: no such camera, or the options make no view.

@@ -13,12 +13,13 @@ pub(super) enum Vertices {
     Lines,
     /// By the count of their numbers.
     Numbers,
-    /// So, too, and no number of the file is left over: the surest division.
+    /// By their count, too, and all numbers of the file are used: the surest division.
     All,
 }
 
-/// The text with each vertex and each face in a line; `None` if it cannot be divided into as many as it promises. So that a
-/// missing number is not taken from the next line unnoticed, the faces must begin with a line or end with the text.
+/// The text with each vertex and each face in a line; `None` if it does not have the vertices and faces that its header counts.
+/// The faces must begin with a line or end with the text: otherwise a missing number would be taken from the next line
+/// unnoticed.
 pub(super) fn in_lines(text: &[u8], vertices: Vertices) -> Option<Vec<u8>> {
     let start = after_mark(text);
     let mut free = Free {
