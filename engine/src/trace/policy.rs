@@ -47,7 +47,7 @@ pub(super) const ENTRY_PACKETS: usize = 128;
 
 /// Groups that skip sorting after it did not help: time for sorting in vain against rays that become sortable.
 // Tuned: see docs/lab-notes.md#varied-constants
-const SKIPPED_SORTS: u32 = 32;
+const SKIPPED_SORTS: u32 = 8;
 
 /// Sorting rays with separate origins pays if one sampled packet in this many has rays through more than one face of a
 /// cube map.
