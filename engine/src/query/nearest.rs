@@ -141,7 +141,7 @@ pub(super) trait Visited {
 pub(super) trait Space {
     fn distances<S: Simd>(&self, simd: S, node: &Node8, search: &Search) -> S::V8;
     /// Corners of triangles, from the search's point.
-    fn from_point<S: Simd>(&self, simd: S, corner: Eight<S>, search: &Search) -> Eight<S>;
+    fn relative<S: Simd>(&self, simd: S, corner: Eight<S>, search: &Search) -> Eight<S>;
     /// Bounds on their rounding beyond that of a difference in `f32`.
     fn margin(&self) -> Vec3;
     fn corner(&self, corner: Vec3) -> DVec3;
@@ -185,9 +185,9 @@ impl<P: Space> In<'_, P> {
         let block = self.bvh.triangle_blocks().whole(simd, leaf.index(), &mut room);
         let [a, b, c] = block.load(simd);
         // Not `map`, which is not inlined here.
-        let a = self.space.from_point(simd, a, search);
-        let b = self.space.from_point(simd, b, search);
-        let c = self.space.from_point(simd, c, search);
+        let a = self.space.relative(simd, a, search);
+        let b = self.space.relative(simd, b, search);
+        let c = self.space.relative(simd, c, search);
         let margin = self.space.margin();
         let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
         let squared = squared_distances(lower, upper, simd.splat3(margin), search.scale);
@@ -217,7 +217,7 @@ impl Space for Own {
         search.box_distances(simd, node)
     }
     #[inline(always)]
-    fn from_point<S: Simd>(&self, simd: S, corner: Eight<S>, search: &Search) -> Eight<S> {
+    fn relative<S: Simd>(&self, simd: S, corner: Eight<S>, search: &Search) -> Eight<S> {
         corner - simd.splat3(search.rounded)
     }
     #[inline(always)]

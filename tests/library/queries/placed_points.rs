@@ -24,7 +24,7 @@ fn sheared(random: &mut Random, i: usize, size: f64) -> Transform {
     let shear = f64::from(random.signed());
     let sheared = Transform::from_rows([
         [1.0, shear, 0.0, 0.0],
-        [0.0, 1.0, if i % 3 == 0 { 3.0 * shear } else { 0.0 }, 0.0],
+        [0.0, 1.0, if i.is_multiple_of(3) { 3.0 * shear } else { 0.0 }, 0.0],
         [0.0, 0.0, 1.0, 0.0],
     ]);
     let turned = sheared
@@ -58,7 +58,11 @@ fn points(random: &mut Random, scene: &InstancedGeometry, count: usize, size: f6
                 let triangle = stored.triangle(random.0.u32(triangles.clone()) as usize);
                 let [u, v] = [
                     random.0.f64() * 0.5,
-                    if i % 3 == 0 { 0.0 } else { random.0.f64() * 0.5 },
+                    if i.is_multiple_of(3) {
+                        0.0
+                    } else {
+                        random.0.f64() * 0.5
+                    },
                 ];
                 let [a, b, c] = triangle.map(|corner| instance.placement().point_in_f64(corner.as_dvec3()));
                 a + (b - a) * u + (c - a) * v

@@ -192,7 +192,7 @@ impl Space for There {
         let point = simd.splat3(self.point);
         let rounding = simd.splat3(self.rounding);
         let there = squared_distances(lower - point, upper - point, rounding, self.scale);
-        let center = self.from_point(simd, (lower + upper) * lower.x.all(0.5), search);
+        let center = self.relative(simd, (lower + upper) * lower.x.all(0.5), search);
         let half = (upper - lower) * lower.x.all(0.5);
         let [a, b, c] = self.rows;
         let half = Vec3Lanes::new(
@@ -205,7 +205,7 @@ impl Space for There {
         there.max(image)
     }
     #[inline(always)]
-    fn from_point<S: Simd>(&self, simd: S, corner: Vec3Lanes<S::V8>, _: &Search) -> Vec3Lanes<S::V8> {
+    fn relative<S: Simd>(&self, simd: S, corner: Vec3Lanes<S::V8>, _: &Search) -> Vec3Lanes<S::V8> {
         let [a, b, c] = self.rows;
         let turned = Vec3Lanes::new(
             corner.dot_about(simd.splat3(a)),
