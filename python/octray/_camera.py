@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from . import _arrays, _octray
 from ._mesh import Mesh
+from ._scene import Scene
 
 STYLES = ("plain", "studio", "clay")
 AXES = ("x", "y", "z", "-x", "-y", "-z")
@@ -23,12 +24,13 @@ _LARGEST = 65_535
 def camera_rays(
     camera: SupportsIndex | Mapping[str, Any] | None,
     size: Sequence[SupportsIndex] | NDArray[np.integer[Any]],
-    mesh: Mesh | None = None,
+    mesh: Mesh | Scene | None = None,
     *,
     style: str | None = None,
     up_axis: str | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
-    """Return the rays of a camera through the centres of a picture's pixels, as the queries of :class:`Mesh` take them.
+    """Return the rays of a camera through the centres of a picture's pixels, as the queries of :class:`Mesh` and
+    :class:`Scene` take them.
 
     They are the rays of ``render(mesh, size, camera)`` with one sample per pixel, without a lens, to rounding: the last
     bit may differ, and with it which triangle is hit exactly at an edge. They take 12 bytes per pixel, 36 if ``ortho`` is
@@ -42,7 +44,7 @@ def camera_rays(
     size
         Width and height, pixels.
     mesh
-        The mesh to look at. Needed unless the dictionary has ``eye`` and ``target``, or the camera is a viewpoint.
+        The mesh or scene of meshes to look at. Needed unless the dictionary has ``eye`` and ``target``, or the camera is a viewpoint.
     style, up_axis
         Those of the picture, if it has any: they change how the mesh is framed, and the axis the default ``up``.
 
@@ -59,8 +61,8 @@ def camera_rays(
         If an argument is invalid, or the mesh is missing.
     """
     width, height = size_of(size)
-    if mesh is not None and not isinstance(mesh, Mesh):
-        raise ValueError(f"mesh: expected a Mesh, found {_arrays.shown(mesh)}")
+    if mesh is not None and not isinstance(mesh, (Mesh, Scene)):
+        raise ValueError(f"mesh: expected a Mesh or a Scene, found {_arrays.shown(mesh)}")
     if isinstance(camera, str):
         raise ValueError(
             f"camera: expected a viewpoint from 1 to 6 or a dictionary, found {_arrays.shown(camera)}: "
@@ -72,9 +74,21 @@ def camera_rays(
     if mesh is None:
         if not isinstance(start, int) and (start is None or len(start) != 3 or view["target"] is None):
             raise ValueError("mesh: needed for a camera without eye and target, because it looks at the mesh")
-    elif mesh._mesh.counts[1] == 0:
-        raise ValueError(f"mesh: {mesh!r} has no triangles to look at")
-    return _octray.camera_rays(None if mesh is None else mesh._mesh, (width, height), view, style, up_axis)
+    native = None if mesh is None else solid("mesh", mesh, "look at")
+    return _octray.camera_rays(native, (width, height), view, style, up_axis)
+
+
+def solid(name: str, source: Mesh | Scene, purpose: str) -> Any:
+    """Return a mesh, or a scene with its meshes and the mesh of each instance, for the native code."""
+    if isinstance(source, Mesh):
+        count, native = source._mesh.counts[1], source._mesh
+    else:
+        meshes = [mesh._mesh for mesh in source._meshes]
+        counts = np.array([mesh.counts[1] for mesh in meshes], dtype=np.int64)
+        count, native = counts[source._mesh_index].sum(), (source._scene, meshes, source._mesh_index)
+    if count == 0:
+        raise ValueError(f"{name}: {source!r} has no triangles to {purpose}")
+    return native
 
 
 def size_of(size) -> tuple[int, int]:

@@ -98,6 +98,10 @@ class Scene:
         triangle: NDArray[np.int64],
         t: NDArray[np.float32],
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    # In an empty scene NaN, NaN, -1 and -1.
+    def closest_point(
+        self, points: _Vectors
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]: ...
     def move(self, matrices: NDArray[np.float64]) -> None: ...
     def copy(self) -> Scene: ...
 
@@ -112,10 +116,13 @@ def of_parts(
     threads: int | None,
 ) -> Mesh: ...
 
+# A scene, its meshes, and the mesh of each instance.
+_Solid = Mesh | tuple[Scene, Sequence[Mesh], NDArray[np.int64]]
+
 # Cameras and options are dictionaries with the items of `Camera` in src/camera.rs and `Options` in src/picture.rs.
 def render(
-    source: Mesh | str | tuple[bytes, str], size: tuple[int, int], camera: Mapping[str, Any], options: Mapping[str, Any]
+    source: _Solid | str | tuple[bytes, str], size: tuple[int, int], camera: Mapping[str, Any], options: Mapping[str, Any]
 ) -> tuple[dict[str, NDArray[Any]], list[str]]: ...
 def camera_rays(
-    mesh: Mesh | None, size: tuple[int, int], camera: Mapping[str, Any], style: str | None, up_axis: str | None
+    mesh: _Solid | None, size: tuple[int, int], camera: Mapping[str, Any], style: str | None, up_axis: str | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float32]]: ...

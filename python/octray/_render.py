@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from . import _arrays, _camera, _octray
 from ._mesh import Mesh
+from ._scene import Scene
 
 _AOVS = ("depth", "z", "normal", "albedo", "id", "instance", "mask")
 _MOST_SAMPLES = 1 << 20
@@ -21,15 +22,15 @@ _LONGEST = 1e6
 
 
 def render(
-    source: str | bytes | os.PathLike[str] | IO[bytes] | Mesh,
+    source: str | bytes | os.PathLike[str] | IO[bytes] | Mesh | Scene,
     size: Sequence[SupportsIndex] | NDArray[np.integer[Any]] = (512, 512),
     camera: str | SupportsIndex | Mapping[str, Any] | None = None,
     samples: SupportsIndex | str = "usual",
     aov: str | Sequence[str] = (),
     style: str | None = None,
     *,
-    vertex_colors: ArrayLike | None = None,
-    face_colors: ArrayLike | None = None,
+    vertex_colors: ArrayLike | Sequence[ArrayLike | None] | None = None,
+    face_colors: ArrayLike | Sequence[ArrayLike | None] | None = None,
     background: str = "scene",
     dtype: DTypeLike = np.uint8,
     srgb: bool | None = None,
@@ -46,15 +47,17 @@ def render(
     animation: str | SupportsIndex | None = None,
     animation_time: SupportsFloat | None = None,
 ) -> dict[str, NDArray[Any]]:
-    """Render a scene (``.scn``), a mesh file or a :class:`Mesh`, like the program ``octray``.
+    """Render a scene (``.scn``), a mesh file, a :class:`Mesh` or a :class:`Scene`, like the program ``octray``.
 
     Arguments mean what the program's options of the same names mean.
 
     Parameters
     ----------
     source
-        A path; a mesh, whose z axis points up; or a binary file, such as ``io.BytesIO``, whose format is recognised by its
-        content. Files that it names are read from the folder of its ``name``, or else from the current one.
+        A path; a :class:`Mesh` or a :class:`Scene` of meshes, whose z axis points up; or a binary file, such as ``io.BytesIO``,
+        whose format is recognised by its content. Files that it names are read from the folder of its ``name``, or else from
+        the current one. Of a :class:`Scene` each mesh is stored once. Options and arrays that concern a mesh concern all of its
+        instances together.
     size
         Width and height, pixels.
     camera
@@ -75,7 +78,8 @@ def render(
         colour for all of it; ``"plain"``, two point lights. A scene has its own light.
     vertex_colors, face_colors
         Colours of a :class:`Mesh`, shape (n, 3) or (m, 3): ``uint8``, or floats from 0 to 1, in sRGB as those of PLY files.
-        A fourth column, alpha, must be opaque. Clay leaves them out.
+        A fourth column, alpha, must be opaque. Clay leaves them out. Of a :class:`Scene` a list with such an array, or None, for
+        each of its ``meshes``; one mesh may have colours of vertices and another of faces.
     background
         ``"scene"``; ``"transparent"``, which gives pixels that show nothing an alpha of 0; or a colour, ``"white"``,
         ``"black"`` or six hexadecimal digits. Mirrors and glass still show the scene's background.
@@ -93,9 +97,10 @@ def render(
         Whether the mesh is on a ground plane.
     up_axis
         Which axis of a mesh points up: ``"x"``, ``"y"``, ``"z"``, ``"-x"``, ``"-y"`` or ``"-z"``. By default y, but z for
-        a :class:`Mesh`, STL, 3MF and PLY files that say so.
+        a :class:`Mesh`, a :class:`Scene`, STL, 3MF and PLY files that say so.
     smooth_angle
-        Smooths a mesh without normals where faces meet at no more than this angle, degrees.
+        Smooths a mesh without normals where faces meet at no more than this angle, degrees. Those of a :class:`Scene` are
+        smoothed before they are placed.
     point_size
         Diameter of the points or lines of a file without faces, scene units.
     lit_from
@@ -116,7 +121,8 @@ def render(
         the eye, scene units, infinite for a miss; ``"z"``: the same along the view; ``"normal"``, ``"albedo"``:
         (height, width, 3) ``float32``; ``"id"``: (height, width) ``uint32``, the index of the primitive, 2^32 - 1 for a
         miss; ``"instance"``: ``uint32``, 0 for a miss, 1 outside of instances, 2 for the first instance, ...; ``"mask"``:
-        ``bool``, whether the ray hits.
+        ``bool``, whether the ray hits. In an instance of a :class:`Scene` ``"id"`` is the triangle of its mesh, and
+        ``"instance"`` is 2 plus the index of the instance, as the hits of rays have them; a ground is outside of instances.
 
     Raises
     ------
@@ -137,10 +143,10 @@ def rendered(stacklevel: int, *, source, size, camera, aov, **options) -> dict[s
         raise ValueError(f"aov: expected names among {', '.join(_AOVS)}, found {_arrays.shown(aov)}")
     width, height = _camera.size_of(size)
     checked = {**_look(options), **_of_mesh(options), **_colors(source, options), "aov": list(dict.fromkeys(names))}
-    if isinstance(source, Mesh):
+    if isinstance(source, (Mesh, Scene)):
         for name in ("animation", "animation_time"):
             if options[name] is not None:
-                raise ValueError(f"{name}: a Mesh has no animations, only glTF files")
+                raise ValueError(f"{name}: a {type(source).__name__} has no animations, only glTF files")
     view, subject = _camera.checked(camera), _subject(source)
     arrays, notes = _octray.render(subject, (width, height), view, checked)
     for note in notes:
@@ -148,18 +154,16 @@ def rendered(stacklevel: int, *, source, size, camera, aov, **options) -> dict[s
     return {name: arrays[name] for name in ("color", *names)}
 
 
-def _subject(source) -> _octray.Mesh | str | tuple[bytes, str]:
-    """Return a mesh, a path, or bytes and their name."""
-    if isinstance(source, Mesh):
-        if source._mesh.counts[1] == 0:
-            raise ValueError(f"source: {source!r} has no triangles to render")
-        return source._mesh
+def _subject(source) -> Any:
+    """Return a mesh or a scene of meshes for the native code, a path, or bytes and their name."""
+    if isinstance(source, (Mesh, Scene)):
+        return _camera.solid("source", source, "render")
     if isinstance(source, (str, bytes, os.PathLike)):
         path = os.fsdecode(source)
         # A file of that name: to the program it is standard input.
         return "./-" if path == "-" else path
     if not callable(getattr(source, "read", None)):
-        raise ValueError(f"source: expected a path, a binary file or a Mesh, found {_arrays.shown(source)}")
+        raise ValueError(f"source: expected a path, a binary file, a Mesh or a Scene, found {_arrays.shown(source)}")
     content = source.read()
     if not isinstance(content, (bytes, bytearray, memoryview)):
         found = type(content).__name__
@@ -168,18 +172,41 @@ def _subject(source) -> _octray.Mesh | str | tuple[bytes, str]:
     return bytes(content), name if isinstance(name, str) and name else "source"
 
 
-def _colors(source, options) -> dict[str, Any]:
-    """Return the colours of the vertices and faces of a mesh."""
-    given = [name for name in ("vertex_colors", "face_colors") if options[name] is not None]
-    if len(given) == 2:
-        raise ValueError("face_colors: expected vertex_colors or face_colors, found both")
-    if given and not isinstance(source, Mesh):
+def _colors(source, options) -> dict[str, list[NDArray[np.float32] | None]]:
+    """Return the colours of the vertices and faces of each mesh."""
+    names = ("vertex_colors", "face_colors")
+    given = [name for name in names if options[name] is not None]
+    if isinstance(source, Mesh):
+        meshes, arrays, labels = [source._mesh], [[options[name]] for name in names], [""]
+    elif isinstance(source, Scene):
+        meshes = [mesh._mesh for mesh in source._meshes]
+        arrays = [_of_each(name, options[name], len(meshes)) for name in names]
+        labels = [f" of mesh {i}" for i in range(len(meshes))]
+    elif given:
         raise ValueError(f"{given[0]}: expected None for a file, which has its own colours")
-    colors: dict[str, Any] = dict.fromkeys(("vertex_colors", "face_colors"))
-    for name in given:
-        count = source._mesh.counts[("vertex_colors", "face_colors").index(name)]
-        colors[name] = _arrays.colors(name, options[name], count)
-    return colors
+    else:
+        return {name: [] for name in names}
+    for label, *both in zip(labels, *arrays):
+        if not any(colors is None for colors in both):
+            raise ValueError(f"face_colors{label}: expected vertex_colors or face_colors, found both")
+    return {
+        name: [
+            None if colors is None else _arrays.colors(name + label, colors, mesh.counts[i])
+            for label, colors, mesh in zip(labels, each, meshes)
+        ]
+        for i, (name, each) in enumerate(zip(names, arrays))
+    }
+
+
+def _of_each(name: str, value, count: int) -> Sequence[Any]:
+    """Return an array, or None, for each mesh of a scene."""
+    if value is None:
+        return [None] * count
+    each = _arrays.items(value)
+    if each is None or isinstance(value, (str, bytes, Mapping)) or len(each) != count:
+        found = _arrays.shown(value) if each is None else f"{len(each)}"
+        raise ValueError(f"{name}: expected a list with an array or None for each of {count} meshes, found {found}")
+    return each
 
 
 def _look(options) -> dict[str, Any]:

@@ -43,7 +43,7 @@ class SceneHits(Hits):
 
 
 class Scene:
-    """Meshes that are placed any number of times, for rays, which any number of threads may trace at once.
+    """Meshes that are placed any number of times, for queries, which any number of threads may make at once, and pictures.
 
     Each mesh is stored once, as it is now: to move the vertices of a ``Mesh`` later does not change the scene.
 
@@ -170,6 +170,17 @@ class Scene:
         """
         limit = None if max_hits is None else _arrays.count("max_hits", max_hits, least=0)
         return self._scene.all_hits(*_arrays.asked_rays(origins, directions, t_min, t_max), limit)
+
+    def closest_point(
+        self, points: ArrayLike
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
+        """Find the closest point of all instances to each of k points, in the space of the scene.
+
+        Returns ``point`` (shape (k, 3), ``float64``), ``distance`` (``float64``), ``instance`` and ``triangle`` (``int64``; of
+        equally near ones the first instance, and in that the lowest triangle). A point with a NaN, or beyond the range of
+        ``float32``, gets NaN, NaN, -1 and -1, as does every point if the scene is empty. Triangles without area are ignored.
+        """
+        return self._scene.closest_point(_arrays.vectors("points", points, one=True))
 
     def move(self, transforms: ArrayLike) -> None:
         """Move all instances: a matrix for each, as for a new scene, whose results this one then has.

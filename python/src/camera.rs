@@ -1,6 +1,12 @@
 //! Cameras, and the rays of their pictures.
 
-use crate::{arrays::rows, mesh::Mesh, shared, solid, threads, words::raised};
+use crate::{
+    arrays::rows,
+    shared,
+    solid::{self, Solid},
+    threads,
+    words::raised,
+};
 use numpy::PyArray2;
 use octray::{
     QueryError,
@@ -105,7 +111,7 @@ type Rays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f32>>);
 #[pyfunction]
 pub fn camera_rays<'py>(
     py: Python<'py>,
-    mesh: Option<PyRef<'_, Mesh>>,
+    mesh: Option<Solid<'_>>,
     size: [u32; 2],
     camera: Camera,
     style: Option<&str>,
@@ -115,28 +121,28 @@ pub fn camera_rays<'py>(
         up_axis: solid::up_axis(up_axis)?,
         ..solid::styled(style)?
     };
-    let geometry = mesh.as_ref().map(|mesh| mesh.0.now(py));
-    let middle = match (&geometry, &camera.start) {
-        (Some(geometry), _) => geometry.middle(),
+    let shown_mesh = mesh.as_ref().map(|mesh| mesh.now(py)).transpose()?;
+    let middle = match (&shown_mesh, &camera.start) {
+        (Some(mesh), _) => mesh.middle(),
         // Origins are rounded around the eye.
         (None, Some(Start::Eye(eye))) => DVec3::from(*eye),
         (None, _) => DVec3::ZERO,
     };
     // Framing a large mesh takes time.
     let is_alone = camera.needs_no_mesh();
-    let geometry = geometry.filter(|_| !is_alone);
+    let shown_mesh = shown_mesh.filter(|_| !is_alone);
     let camera = if is_alone {
         camera.without_mesh(shown.up_axis.unwrap_or(UpAxis::Z))
     } else {
         camera
     };
     let pool = match &mesh {
-        Some(mesh) => mesh.0.threads().pool()?,
+        Some(mesh) => mesh.threads().pool()?,
         None => threads::shared()?,
     };
     let view = camera.options(middle);
     let found = threads::interruptible(py, &pool, |cancelled| {
-        let points = geometry.map(|geometry| solid::points(&geometry));
+        let points = shown_mesh.map(|mesh| mesh.parts(|_, geometry| solid::outline(geometry)));
         let camera = picture::camera(points, &view, &shown, size);
         camera.map(|camera| rays_of(&camera, middle, size, cancelled))
     })?;

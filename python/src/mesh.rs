@@ -1,43 +1,20 @@
 //! `octray._octray.Mesh`: a geometry and its threads.
 
 use crate::{
-    arrays::{RayEnds, Vectors, room, rows},
+    arrays::{RayEnds, Vectors, room},
     hits::{AllWanted, HitColumns, id_of},
     rays::asked,
-    shared::{HitArrays, Shared, Surfaces, numbers, raised},
+    shared::{ClosestArrays, HitArrays, Shared, Surfaces, numbers, raised},
     whole,
 };
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
-use octray::{
-    Geometry, Hit, QueryError,
-    glam::DVec3,
-    query::{ClosestPoint, Points, Rays},
-    ray::PrimitiveId,
-};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2};
+use octray::{Geometry, Hit, glam::DVec3, query::Rays, ray::PrimitiveId};
 use pyo3::{exceptions::PyValueError, prelude::*};
-use std::{ops::Range, sync::atomic::AtomicBool};
+use std::ops::Range;
 
 /// A triangle mesh that answers queries; see `octray.Mesh`.
 #[pyclass(frozen, module = "octray._octray")]
 pub struct Mesh(pub Shared<Geometry>);
-
-impl Mesh {
-    /// One answer per point.
-    fn of_points<T: Clone + Send>(
-        &self,
-        py: Python<'_>,
-        points: &Vectors<'_>,
-        nothing: T,
-        ask: impl FnOnce(&Geometry, Points<'_>, &mut [T], &AtomicBool) -> Result<(), QueryError> + Send,
-    ) -> PyResult<Vec<T>> {
-        let points = points.rows()?;
-        self.0.run(py, |geometry, cancelled| {
-            let mut answers = room(points.len())?;
-            answers.resize(points.len(), nothing);
-            ask(geometry, points, &mut answers, cancelled).map(|()| answers)
-        })
-    }
-}
 
 #[pymethods]
 impl Mesh {
@@ -234,39 +211,14 @@ impl Mesh {
         self.0.surfaces(py, lines, (ray, t.len()), with_normals, of_hit)
     }
 
-    #[expect(clippy::type_complexity, reason = "a tuple of arrays")]
-    fn closest_point<'py>(
-        &self,
-        py: Python<'py>,
-        points: Vectors<'_>,
-    ) -> PyResult<(
-        Bound<'py, PyArray2<f64>>,
-        Bound<'py, PyArray1<f64>>,
-        Bound<'py, PyArray1<i64>>,
-    )> {
-        let found = self.of_points(py, &points, None, |geometry, points, closest, cancelled| {
-            geometry.closest_points_until(points, closest, cancelled);
-            Ok(())
-        })?;
-        let nothing = ClosestPoint {
-            point: DVec3::NAN,
-            distance: f64::NAN,
-            primitive: PrimitiveId::NONE,
-        };
-        let mut point = room(found.len()).map_err(raised)?;
-        let mut distance = room(found.len()).map_err(raised)?;
-        let mut triangle = room(found.len()).map_err(raised)?;
-        for found in found {
-            let found = found.unwrap_or(nothing);
-            point.push(found.point.to_array());
-            distance.push(found.distance);
-            triangle.push(id_of(found.primitive));
-        }
-        Ok((
-            rows(py, point)?,
-            distance.into_pyarray(py),
-            triangle.into_pyarray(py),
-        ))
+    fn closest_point<'py>(&self, py: Python<'py>, points: Vectors<'_>) -> PyResult<ClosestArrays<'py>> {
+        let found = self
+            .0
+            .of_points(py, &points, None, |geometry, points, closest, cancelled| {
+                geometry.closest_points_until(points, closest, cancelled);
+                Ok(())
+            })?;
+        self.0.closest_columns(py, &found, |found| *found)
     }
 
     fn signed_distance<'py>(
@@ -274,16 +226,20 @@ impl Mesh {
         py: Python<'py>,
         points: Vectors<'_>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let found = self.of_points(py, &points, 0.0, |geometry, points, distances, cancelled| {
-            geometry.signed_distances_until(points, distances, cancelled)
-        })?;
+        let found = self
+            .0
+            .of_points(py, &points, 0.0, |geometry, points, distances, cancelled| {
+                geometry.signed_distances_until(points, distances, cancelled)
+            })?;
         Ok(found.into_pyarray(py))
     }
 
     fn contains<'py>(&self, py: Python<'py>, points: Vectors<'_>) -> PyResult<Bound<'py, PyArray1<bool>>> {
-        let found = self.of_points(py, &points, false, |geometry, points, inside, cancelled| {
-            geometry.contains_each_until(points, inside, cancelled)
-        })?;
+        let found = self
+            .0
+            .of_points(py, &points, false, |geometry, points, inside, cancelled| {
+                geometry.contains_each_until(points, inside, cancelled)
+            })?;
         Ok(found.into_pyarray(py))
     }
 

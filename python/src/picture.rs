@@ -2,8 +2,7 @@
 
 use crate::{
     camera::Camera,
-    mesh::Mesh,
-    solid::{self, Colors},
+    solid::{self, Colors, Shown, Solid},
     threads,
     words::{in_python, raised},
 };
@@ -20,13 +19,16 @@ use std::{
     sync::atomic::Ordering,
 };
 
-/// A mesh, a file, or the bytes of one with its name.
+/// A mesh, a scene of meshes, a file, or the bytes of one with its name.
 #[derive(FromPyObject)]
 pub enum Source<'py> {
-    Mesh(PyRef<'py, Mesh>),
+    Solid(Solid<'py>),
     File(PathBuf),
     Bytes(PyBackedBytes, PathBuf),
 }
+
+/// The colours of each mesh; none of a file.
+type MeshColors<'py> = Vec<Option<PyReadonlyArray2<'py, f32>>>;
 
 /// The options of a picture, as `octray.render` has checked them.
 #[derive(FromPyObject)]
@@ -35,8 +37,8 @@ pub struct Options<'py> {
     samples: Option<String>,
     style: Option<String>,
     aov: Vec<String>,
-    vertex_colors: Option<PyReadonlyArray2<'py, f32>>,
-    face_colors: Option<PyReadonlyArray2<'py, f32>>,
+    vertex_colors: MeshColors<'py>,
+    face_colors: MeshColors<'py>,
     background: String,
     floats: bool,
     srgb: Option<bool>,
@@ -81,8 +83,8 @@ impl Options<'_> {
         })
     }
 
-    /// The colours of a mesh.
-    fn colors(&self) -> Colors {
+    /// The colours of each mesh.
+    fn colors(&self) -> Vec<Colors> {
         let rows = |colors: &PyReadonlyArray2<'_, f32>| {
             let rows = colors.as_array();
             rows.rows()
@@ -90,11 +92,16 @@ impl Options<'_> {
                 .map(|row| [row[0], row[1], row[2]])
                 .collect()
         };
-        match (&self.vertex_colors, &self.face_colors) {
+        let of_mesh = |both: (&Option<_>, &Option<_>)| match both {
             (Some(colors), _) => Colors::Vertices(rows(colors)),
             (None, Some(colors)) => Colors::Faces(rows(colors)),
             (None, None) => Colors::None,
-        }
+        };
+        self.vertex_colors
+            .iter()
+            .zip(&self.face_colors)
+            .map(of_mesh)
+            .collect()
     }
 
     /// The AOVs of these names.
@@ -107,7 +114,7 @@ impl Options<'_> {
     }
 }
 
-/// Renders a scene, a mesh file or a mesh; returns the arrays by name, and warnings.
+/// Renders a scene, a mesh file, a mesh or placed meshes; returns the arrays by name, and warnings.
 #[pyfunction]
 pub fn render<'py>(
     py: Python<'py>,
@@ -116,13 +123,11 @@ pub fn render<'py>(
     camera: Camera,
     options: Options<'_>,
 ) -> PyResult<(Bound<'py, PyDict>, Vec<String>)> {
-    let (geometry, pool) = match &source {
-        Source::Mesh(mesh) => (Some(mesh.0.now(py)), mesh.0.threads().pool()?),
+    let (shown, pool) = match &source {
+        Source::Solid(solid) => (Some(solid.now(py)?), solid.threads().pool()?),
         Source::File(_) | Source::Bytes(..) => (None, threads::shared()?),
     };
-    let middle = geometry
-        .as_ref()
-        .map_or(DVec3::ZERO, |geometry| geometry.middle());
+    let middle = shown.as_ref().map_or(DVec3::ZERO, Shown::middle);
     let request = Request {
         size,
         camera: camera.options(middle),
@@ -136,16 +141,18 @@ pub fn render<'py>(
         frame: options.frame,
         samples: options.samples.clone(),
     };
-    let colors = options.colors();
+    let mut colors = options.colors();
     let file: (&[u8], &Path) = match &source {
-        Source::Mesh(_) => (&[], Path::new("")),
+        Source::Solid(_) => (&[], Path::new("")),
         Source::File(path) => (&[], path),
         Source::Bytes(bytes, name) => (bytes, name),
     };
     let is_path = matches!(source, Source::File(_));
     let done = threads::interruptible(py, &pool, |cancelled| {
-        let subject = match (&geometry, file) {
-            (Some(geometry), _) => Subject::Mesh(solid::copied(geometry, colors)),
+        let mut of_mesh = |i: usize| colors.get_mut(i).map_or(Colors::None, std::mem::take);
+        let subject = match (&shown, file) {
+            (Some(Shown::Mesh(geometry)), _) => Subject::Mesh(solid::copied(geometry, of_mesh(0))),
+            (Some(scene), _) => Subject::Scene(scene.parts(|i, mesh| solid::copied(mesh, of_mesh(i)))),
             (None, (_, path)) if is_path => Subject::File(path),
             (None, (bytes, name)) => Subject::Bytes(bytes, name),
         };

@@ -10,8 +10,11 @@ use crate::{
 };
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use octray::{
-    Geometry, Hit, InstanceId, InstancedGeometry, InstancedHit, QueryError, glam::DVec3, query::Rays,
-    ray::PrimitiveId, scene::Transform,
+    Geometry, Hit, InstanceId, InstancedGeometry, InstancedHit, QueryError,
+    glam::DVec3,
+    query::{ClosestPoint, Rays},
+    ray::PrimitiveId,
+    scene::Transform,
 };
 use pyo3::{exceptions::PyValueError, prelude::*};
 use rayon::prelude::*;
@@ -19,13 +22,13 @@ use std::{ops::Range, sync::Arc};
 
 /// Instances, and the matrices that they were placed by: 3x4, row by row.
 pub struct Placed {
-    geometry: InstancedGeometry,
-    matrices: Vec<[f64; 12]>,
+    pub geometry: InstancedGeometry,
+    pub matrices: Vec<[f64; 12]>,
 }
 
 /// Placed meshes that answer queries; see `octray.Scene`.
 #[pyclass(frozen, module = "octray._octray")]
-pub struct Scene(Shared<Placed>);
+pub struct Scene(pub Shared<Placed>);
 
 /// The rows of matrices.
 fn matrices(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<[f64; 12]>> {
@@ -36,7 +39,7 @@ fn matrices(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<[f64; 12]>> {
     Ok(copied)
 }
 
-fn transform(matrix: &[f64; 12]) -> Transform {
+pub fn transform(matrix: &[f64; 12]) -> Transform {
     let row = |i: usize| [matrix[i], matrix[i + 1], matrix[i + 2], matrix[i + 3]];
     Transform::from_rows([row(0), row(4), row(8)])
 }
@@ -191,6 +194,37 @@ impl Scene {
         };
         let lines = (&origins, &directions);
         self.0.surfaces(py, lines, (None, t.len()), true, of_hit)
+    }
+
+    #[expect(clippy::type_complexity, reason = "a tuple of arrays")]
+    fn closest_point<'py>(
+        &self,
+        py: Python<'py>,
+        points: Vectors<'_>,
+    ) -> PyResult<(
+        Bound<'py, PyArray2<f64>>,
+        Bound<'py, PyArray1<f64>>,
+        Bound<'py, PyArray1<i64>>,
+        Bound<'py, PyArray1<i64>>,
+    )> {
+        let found = self
+            .0
+            .of_points(py, &points, None, |placed, points, closest, cancelled| {
+                placed.geometry.closest_points_until(points, closest, cancelled);
+                Ok(())
+            })?;
+        let (point, distance, triangle) = self.0.closest_columns(py, &found, |found| ClosestPoint {
+            point: found.point,
+            distance: found.distance,
+            primitive: found.primitive,
+        })?;
+        let mut instance: Vec<i64> = room(found.len()).map_err(raised)?;
+        instance.extend(
+            found
+                .iter()
+                .map(|found| found.map_or(-1, |found| found.instance.0.into())),
+        );
+        Ok((point, distance, instance.into_pyarray(py), triangle))
     }
 
     #[pyo3(name = "move")]

@@ -10,7 +10,8 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1};
 use octray::{
     Hit, QueryError,
     glam::DVec3,
-    query::{Rays, SurfacePoint},
+    query::{ClosestPoint, Points, Rays, SurfacePoint},
+    ray::PrimitiveId,
 };
 use pyo3::{
     exceptions::{PyMemoryError, PyValueError},
@@ -49,6 +50,13 @@ pub type HitArrays<'py> = (
 
 /// Positions and normals.
 pub type Surfaces<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+
+/// Closest points, their distances and triangles.
+pub type ClosestArrays<'py> = (
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<i64>>,
+);
 
 /// A geometry and the threads of its calls.
 pub struct Shared<G> {
@@ -134,6 +142,50 @@ impl<G: Send + Sync> Shared<G> {
             })
             .map(|()| answers)
         })
+    }
+
+    /// One answer per point.
+    pub fn of_points<T: Clone + Send>(
+        &self,
+        py: Python<'_>,
+        points: &Vectors<'_>,
+        nothing: T,
+        ask: impl FnOnce(&G, Points<'_>, &mut [T], &AtomicBool) -> Result<(), QueryError> + Send,
+    ) -> PyResult<Vec<T>> {
+        let points = points.rows()?;
+        self.run(py, |geometry, cancelled| {
+            let mut answers = room(points.len())?;
+            answers.resize(points.len(), nothing);
+            ask(geometry, points, &mut answers, cancelled).map(|()| answers)
+        })
+    }
+
+    /// The columns of closest points; `of` returns that of an answer. Where there is none, NaN, NaN and -1.
+    pub fn closest_columns<'py, C>(
+        &self,
+        py: Python<'py>,
+        answers: &[Option<C>],
+        of: impl Fn(&C) -> ClosestPoint,
+    ) -> PyResult<ClosestArrays<'py>> {
+        let nothing = ClosestPoint {
+            point: DVec3::NAN,
+            distance: f64::NAN,
+            primitive: PrimitiveId::NONE,
+        };
+        let mut point = room(answers.len()).map_err(raised)?;
+        let mut distance = room(answers.len()).map_err(raised)?;
+        let mut triangle = room(answers.len()).map_err(raised)?;
+        for answer in answers {
+            let found = answer.as_ref().map_or(nothing, &of);
+            point.push(found.point.to_array());
+            distance.push(found.distance);
+            triangle.push(id_of(found.primitive));
+        }
+        Ok((
+            rows(py, point)?,
+            distance.into_pyarray(py),
+            triangle.into_pyarray(py),
+        ))
     }
 
     /// The columns of closest hits; `of` returns the hit of an answer.

@@ -1,15 +1,111 @@
 //! The meshes of pictures: their arrays, and options of how they are shown.
 
+use crate::{
+    mesh::Mesh,
+    scene::{Placed, Scene},
+    shared::numbers,
+    threads::Threads,
+};
+use numpy::PyReadonlyArray1;
 use octray::{
     Geometry,
-    cli::picture::{MeshArrays, MeshOptions, Style},
+    cli::picture::{MeshArrays, MeshOptions, PlacedArrays, Style},
     format::mesh::UpAxis,
-    scene::TriangleMesh,
+    glam::DVec3,
+    scene::{Transform, TriangleMesh},
 };
 use pyo3::{exceptions::PyValueError, prelude::*};
+use std::sync::Arc;
+
+/// A mesh, or a scene with its meshes and the mesh of each instance.
+#[derive(FromPyObject)]
+pub enum Solid<'py> {
+    Mesh(PyRef<'py, Mesh>),
+    Scene(
+        PyRef<'py, Scene>,
+        Vec<PyRef<'py, Mesh>>,
+        PyReadonlyArray1<'py, i64>,
+    ),
+}
+
+/// A solid as it is now.
+pub enum Shown {
+    Mesh(Arc<Geometry>),
+    Scene {
+        placed: Arc<Placed>,
+        meshes: Vec<Arc<Geometry>>,
+        indices: Vec<i64>,
+    },
+}
+
+impl Solid<'_> {
+    pub fn now(&self, py: Python<'_>) -> PyResult<Shown> {
+        Ok(match self {
+            Self::Mesh(mesh) => Shown::Mesh(mesh.0.now(py)),
+            Self::Scene(scene, meshes, indices) => Shown::Scene {
+                placed: scene.0.now(py),
+                meshes: meshes.iter().map(|mesh| mesh.0.now(py)).collect(),
+                indices: numbers(indices)?.to_vec(),
+            },
+        })
+    }
+
+    pub fn threads(&self) -> &Threads {
+        match self {
+            Self::Mesh(mesh) => mesh.0.threads(),
+            Self::Scene(scene, ..) => scene.0.threads(),
+        }
+    }
+}
+
+impl Shown {
+    /// The point that its arrays are relative to.
+    pub fn middle(&self) -> DVec3 {
+        match self {
+            Self::Mesh(geometry) => geometry.middle(),
+            Self::Scene { placed, .. } => placed.geometry.middle(),
+        }
+    }
+
+    /// Its meshes that have triangles and are placed; `arrays` copies the one of an index.
+    pub fn parts(&self, mut arrays: impl FnMut(usize, &Geometry) -> MeshArrays) -> Vec<PlacedArrays> {
+        let (placed, meshes, indices) = match self {
+            Self::Mesh(geometry) => {
+                return vec![PlacedArrays {
+                    mesh: arrays(0, geometry),
+                    placements: vec![Transform::IDENTITY],
+                    ..PlacedArrays::default()
+                }];
+            }
+            Self::Scene {
+                placed,
+                meshes,
+                indices,
+            } => (placed, meshes, indices),
+        };
+        let middle = self.middle();
+        let mut parts: Vec<PlacedArrays> = meshes.iter().map(|_| PlacedArrays::default()).collect();
+        for (instance, (&mesh, matrix)) in (0..).zip(indices.iter().zip(&placed.matrices)) {
+            let from_middle = Transform::IDENTITY.then_translate(meshes[mesh as usize].middle());
+            let transform = from_middle.then_transform(&crate::scene::transform(matrix));
+            let part = &mut parts[mesh as usize];
+            part.placements.push(transform.then_translate(-middle));
+            part.instances.push(instance);
+        }
+        for (i, (part, mesh)) in parts.iter_mut().zip(meshes).enumerate() {
+            if !part.placements.is_empty() && mesh.triangle_count() > 0 {
+                part.mesh = arrays(i, mesh);
+            }
+        }
+        parts.retain(|part| !part.mesh.columns.x.is_empty());
+        parts
+    }
+}
 
 /// Colours of vertices or faces, display values from 0 to 1.
+#[derive(Default)]
 pub enum Colors {
+    #[default]
     None,
     Vertices(Vec<[f32; 3]>),
     Faces(Vec<[f32; 3]>),
@@ -25,7 +121,7 @@ fn used(geometry: &Geometry) -> Vec<bool> {
 }
 
 /// The positions of vertices that a triangle uses, relative to the geometry's middle.
-pub fn points(geometry: &Geometry) -> TriangleMesh {
+fn points(geometry: &Geometry) -> TriangleMesh {
     let is_used = used(geometry);
     let vertices = geometry.scene().vertices();
     let column = |column: &[f32]| {
@@ -37,6 +133,14 @@ pub fn points(geometry: &Geometry) -> TriangleMesh {
         y: column(&vertices.y),
         z: column(&vertices.z),
         ..TriangleMesh::default()
+    }
+}
+
+/// Those positions, for a camera.
+pub fn outline(geometry: &Geometry) -> MeshArrays {
+    MeshArrays {
+        columns: points(geometry),
+        ..MeshArrays::default()
     }
 }
 

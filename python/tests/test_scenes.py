@@ -202,6 +202,89 @@ def test_many_threads_trace_and_move():
     assert not wrong
 
 
+def sheared(random, count, far=0.0):
+    """Turned, mirrored, stretched by very different factors and sheared."""
+    placed = matrices(random, count, far)
+    for i, matrix in enumerate(placed):
+        shear = np.eye(3) + np.triu(random.uniform(-2, 2, (3, 3)), 1)
+        factors = [[1, 1, 1], [1, -0.01, 1], [0.01, 1, 0.02], [-1, -1, -1]][i % 4]
+        matrix[:3, :3] = matrix[:3, :3] @ shear * factors
+    return placed
+
+
+def distances(points, corners):
+    """The distance of each point from each triangle: from its edges, or its plane where it is in front of it."""
+    points, (a, b, c) = points[:, None], np.moveaxis(corners, 1, 0)
+
+    def edge(a, b):
+        along = b - a
+        part = np.clip(np.sum((points - a) * along, axis=2) / np.sum(along * along, axis=1), 0, 1)
+        return np.linalg.norm(points - a - part[..., None] * along, axis=2)
+
+    normals = np.cross(b - a, c - a)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    sides = [np.sum(np.cross(end - start, points - start) * normals, axis=2) for start, end in ((a, b), (b, c), (c, a))]
+    is_in_front = np.min(sides, axis=0) >= 0
+    plane = np.abs(np.sum((points - a) * normals, axis=2))
+    return np.where(is_in_front, plane, np.min([edge(a, b), edge(b, c), edge(c, a)], axis=0))
+
+
+@pytest.mark.parametrize(("size", "far"), [(1.0, 0.0), (1e-7, 0.0), (1e6, 0.0), (1.0, 3e6), (1e3, -4e8)])
+def test_closest_points_are_those_of_all_placed_triangles(size, far):
+    random = np.random.default_rng(8)
+    arrays = [sphere(6, 8), cube()]
+    index = np.arange(24) % 2
+    placed = sheared(random, 24)
+    placed[:, :3] *= size
+    placed[:, :3, 3] += far
+    scene = octray.Scene([octray.Mesh(*both) for both in arrays], placed, index)
+    vertices, faces, instance, triangle = baked(arrays, placed, index)
+    # Flat at the poles of the sphere.
+    areas = np.linalg.norm(np.cross(*(vertices[faces[:, i]] - vertices[faces[:, 0]] for i in (1, 2))), axis=1)
+    wide = areas > 1e-6 * size**2
+    corners = vertices[faces]
+    points = np.concatenate(
+        [
+            random.uniform(-2, 2, (300, 3)) * size + far,
+            random.uniform(-1e3, 1e3, (100, 3)) * size + far,
+            corners[random.integers(len(faces), size=100)].mean(axis=1),
+        ]
+    )
+    point, distance, of_instance, of_triangle = scene.closest_point(points)
+    assert (point.dtype, distance.dtype, of_instance.dtype, of_triangle.dtype) == (float, float, np.int64, np.int64)
+    all_distances = distances(points, corners[wide])
+    # Matrices are rounded to float32, which shows more the more they stretch.
+    tolerance = 2e-5 * size
+    assert np.allclose(distance, all_distances.min(axis=1), rtol=1e-6, atol=tolerance)
+    assert np.allclose(np.linalg.norm(point - points, axis=1), distance, rtol=1e-6, atol=2e-7 * size + 1e-15 * abs(far))
+    first = np.searchsorted(instance, np.arange(24))
+    own = corners[first[of_instance] + of_triangle]
+    on_own = [distances(p[None], one[None])[0, 0] for p, one in zip(points, own)]
+    assert np.allclose(on_own, distance, rtol=1e-6, atol=tolerance)
+
+
+def test_closest_points_where_there_is_nothing():
+    box = octray.Mesh(*cube())
+    for nothing in (octray.Scene([]), octray.Scene([box], []), octray.Scene([octray.Mesh([], [])])):
+        found = nothing.closest_point(np.zeros((2, 3)))
+        assert found[0].shape == (2, 3) and np.isnan(found[0]).all() and np.isnan(found[1]).all()
+        assert found[2].tolist() == found[3].tolist() == [-1, -1]
+    moved = np.tile(np.eye(4), (3, 1, 1))
+    moved[:, 0, 3] = [4, -4, 4]
+    scene = octray.Scene([box], moved)
+    point, distance, instance, triangle = scene.closest_point([[0, 0.1, 0.2], [np.nan, 0, 0], [1e39, 0, 0], [-1, 0, 0]])
+    assert instance.tolist() == [0, -1, -1, 1] and np.allclose(distance, [3, np.nan, np.nan, 2], equal_nan=True)
+    assert np.allclose(point[0], [3, 0.1, 0.2], atol=1e-12) and triangle[1] == -1 and np.isnan(point[1:3]).all()
+    assert [len(column) for column in scene.closest_point(np.zeros((0, 3)))] == [0] * 4
+    one = scene.closest_point([0, 0.1, 0.2])
+    assert one[2].tolist() == [0]
+    scene.move(moved[[1, 0, 2]])
+    assert scene.closest_point([0, 0.1, 0.2])[2].tolist() == [0] and scene.closest_point([3, 0, 0])[2].tolist() == [1]
+    for wrong in ([1, 2], "points", None, np.zeros((2, 2)), np.ma.masked_equal(np.eye(3), 1)):
+        with pytest.raises(ValueError, match="points"):
+            scene.closest_point(wrong)
+
+
 def wrongs():
     eye = np.eye(4)
     tilted, nan, flat, far = (np.stack([eye, eye]) for _ in range(4))

@@ -6,6 +6,8 @@ use super::{
     plan::{InputKind, InputPlan, PictureOptions},
     write::{self, Axis, Format, Pixels, Z_STEP, instance_number},
 };
+mod placed;
+
 pub use super::{
     plan::{Backdrop, CameraOptions, MeshOptions, Side, StartView, Style},
     write::AovKind,
@@ -21,6 +23,7 @@ use crate::{
     render::{Aovs, OnProgress, Renderer, Settings},
     scene::{Camera, TriangleMesh},
 };
+pub use placed::PlacedArrays;
 use std::path::Path;
 
 /// Loads a mesh alone, within the memory that a picture may take.
@@ -32,27 +35,24 @@ pub fn mesh(path: &Path) -> Result<LoadedMesh, CliError> {
     Ok(format::mesh::load_within(path, &mut Vec::new(), memory)?)
 }
 
-/// Returns the camera of a picture of `size`: of a mesh whose z axis points up, in the style of [`picture`], or one that
-/// depends on no mesh. Only the positions of the mesh are used.
+/// Returns the camera of a picture of `size`: of placed meshes whose z axis points up, in the style of [`picture`], or one
+/// that depends on no mesh. Only the positions of the meshes are used.
 ///
 /// # Errors
 /// [`CliError::Usage`].
 pub fn camera(
-    mesh: Option<TriangleMesh>,
+    meshes: Option<Vec<PlacedArrays>>,
     options: &CameraOptions,
     shown: &MeshOptions,
     [width, height]: [u32; 2],
 ) -> Result<Camera, CliError> {
     options.check()?;
-    let Some(columns) = mesh else {
+    let Some(meshes) = meshes else {
         let missing = || CliError::Usage("the camera depends on a mesh".into());
         return options.without_scene()?.ok_or_else(missing);
     };
     let aspect = f64::from(width) / f64::from(height);
-    let mesh = LoadedMesh {
-        columns,
-        ..LoadedMesh::default()
-    };
+    let mesh = placed::loaded(meshes, Path::new("scene"), u64::MAX)?;
     options.for_mesh(&mesh, shown.up_axis.unwrap_or(UpAxis::Z), aspect, shown)
 }
 
@@ -65,6 +65,16 @@ pub enum Subject<'a> {
     Bytes(&'a [u8], &'a Path),
     /// A mesh in memory.
     Mesh(MeshArrays),
+    /// Meshes in memory that are placed. Hits have the index of their triangle in its mesh.
+    Scene(Vec<PlacedArrays>),
+}
+
+impl Subject<'_> {
+    /// The index of each instance, in the order in which a scene of placed meshes stores them.
+    fn instances(&self) -> Option<Vec<u32>> {
+        let Self::Scene(parts) = self else { return None };
+        Some(parts.iter().flat_map(|part| &part.instances).copied().collect())
+    }
 }
 
 /// A mesh whose z axis points up, unless an option says otherwise.
@@ -160,7 +170,7 @@ pub fn picture(
     settings.validate()?;
     let memory = load::memory::limit(None);
     let memory = load::memory::beside_picture(memory, (width, height), request.pixel_bytes())?;
-    let is_soft = request.mesh.style.is_soft();
+    let (is_soft, instances) = (request.mesh.style.is_soft(), subject.instances());
     let aspect = f64::from(width) / f64::from(height);
     let (plan, mut input) = loaded(subject, request.camera, request.mesh, aspect, memory)?;
     if let Some(frame) = request.frame {
@@ -190,7 +200,10 @@ pub fn picture(
     let aovs = if request.aovs.is_empty() {
         Vec::new()
     } else {
-        let all = renderer.aovs(&input.camera, &settings, false, on_progress)?;
+        let mut all = renderer.aovs(&input.camera, &settings, false, on_progress)?;
+        if let Some(instances) = instances {
+            placed::number(&mut all.pixels, &input.scene, &instances);
+        }
         let axis = Axis::of(&input.scene, &input.camera, &settings);
         let of_kind = |which: &AovKind| (which.name(), values(&all, *which, axis));
         request.aovs.iter().map(of_kind).collect()
@@ -232,6 +245,12 @@ fn loaded(
             if !face_colors.is_empty() {
                 ply::paint_triangles(&mut mesh, &face_colors, plan.name(), memory)?;
             }
+            let input = load::show_mesh(&plan, mesh, memory)?;
+            Ok((plan, input))
+        }
+        Subject::Scene(parts) => {
+            let plan = InputPlan::in_memory((Path::new("scene"), InputKind::Mesh), camera, mesh, aspect)?;
+            let mesh = placed::loaded(parts, plan.name(), memory)?;
             let input = load::show_mesh(&plan, mesh, memory)?;
             Ok((plan, input))
         }

@@ -6,6 +6,7 @@ mod exact;
 mod instanced;
 mod meshes;
 mod needles;
+mod placed_points;
 mod points;
 mod starts;
 

@@ -1,6 +1,10 @@
 //! Geometries that are placed any number of times, and their ray queries.
 
+mod ellipsoid;
+mod nearest;
 mod placed;
+
+pub use nearest::InstancedClosestPoint;
 
 use super::{
     AllHits, Geometry, QueryError, Ray, Rays, SurfacePoint, Worker,
@@ -67,13 +71,14 @@ impl InstancedHit {
 ///
 /// An instance is a geometry and the affine transform from its world space to that of the scene; it may mirror, stretch and
 /// shear, and takes about 100 bytes. Spheres that are stretched are ellipsoids. Queries are those of [`Geometry`]: t counts the
-/// length of the direction in the scene, of equally near hits the one in the first instance comes first, then the one with the
-/// lowest id. One ray and many get the same bits, at every level, on any number of threads.
+/// length of the direction in the scene, of equally near hits or points the one in the first instance comes first, then the one
+/// with the lowest id. One ray or point and many get the same bits, at every level, on any number of threads.
 ///
 /// Coordinates are stored in `f32`, those of geometries as [`Geometry`] has them, and those of instances relative to the centre
 /// of the scene on each axis on which it is far from 0. Transforms are multiplied in `f64` and their inverses are rounded to `f32`
 /// once. So t is accurate to about 1e-7 of the scene's size and the origin's distance, times the ratio of a transform's
-/// largest to its least scale, for rays at right angles to the surface. A ray may miss an instance if it starts, in the space
+/// largest to its least scale, for rays at right angles to the surface. So is the closest point: that of triangles which are
+/// placed in `f64`, by the inverses of the stored matrices. A ray may miss an instance if it starts, in the space
 /// of the geometry, farther than 2 * 10^8 times the geometry's size from it.
 ///
 /// ```

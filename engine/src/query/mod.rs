@@ -7,7 +7,7 @@
 //!                                                          -> one: a visit with a sink (sinks, crossings, exact, places)
 //! geometries, transforms -> InstancedGeometry: prototypes and instances, by the same paths (instanced)
 //! camera -> a ray per pixel (camera)
-//! points -> in Z order (z_order) -> closest point (nearest)
+//! points -> in Z order (z_order) -> closest point (nearest; of placed geometries instanced::nearest)
 //!        -> inside (inside: crossings on the way out)
 //! ```
 //! All hits are those of the canonical test: the same for one ray and for many, at every level, on any number of threads.
@@ -42,7 +42,7 @@ pub use all::AllHits;
 pub use camera::CameraRays;
 pub use error::QueryError;
 pub use geometry::{Geometry, Sphere, SurfacePoint};
-pub use instanced::{InstancedGeometry, InstancedHit};
+pub use instanced::{InstancedClosestPoint, InstancedGeometry, InstancedHit};
 pub use nearest::ClosestPoint;
 pub use rays::{Ends, Points, Ray, Rays};
 pub use worker::Worker;

@@ -18,7 +18,7 @@ const FEWEST_ORDERED: usize = 1024;
 const MOST_ORDERED: usize = 65_536;
 
 /// The flag of calls that nobody cancels.
-static NEVER: AtomicBool = AtomicBool::new(false);
+pub(super) static NEVER: AtomicBool = AtomicBool::new(false);
 
 impl Geometry {
     /// Finds the closest point of the geometry; of equally near primitives, the one with the lowest id. `None` if there
@@ -186,7 +186,7 @@ fn for_points<T: Send>(
 }
 
 /// The same, with the closest point to the one before: neighbours follow each other.
-fn for_neighbours<T: Send>(
+pub(super) fn for_neighbours<T: Send>(
     points: Points<'_>,
     answers: &mut [T],
     cancelled: &AtomicBool,

@@ -210,8 +210,9 @@ fn product(row: &[f32; 4], x: f32, y: f32, z: f32) -> f64 {
 #[doc(hidden)]
 pub struct Placement {
     /// The matrix to the prototype.
-    rows: [[f64; 4]; 3],
-    linear: [[f64; 3]; 3],
+    pub(crate) rows: [[f64; 4]; 3],
+    /// The rows of the matrix to the scene.
+    pub(crate) linear: [[f64; 3]; 3],
     offset: [f64; 3],
 }
 
@@ -223,7 +224,7 @@ impl Placement {
     }
 
     #[must_use]
-    pub(crate) fn point_in_f64(&self, p: DVec3) -> DVec3 {
+    pub fn point_in_f64(&self, p: DVec3) -> DVec3 {
         let place = |i: usize| {
             let [a, b, c] = self.linear[i];
             a * p.x + b * p.y + c * p.z + self.offset[i]

@@ -9,12 +9,12 @@ use octray::{
     scene::Transform,
 };
 
-fn geometry((positions, triangles): &Mesh) -> Geometry {
+pub(super) fn geometry((positions, triangles): &Mesh) -> Geometry {
     Geometry::from_triangles(positions, triangles).unwrap()
 }
 
 /// Meshes with shared edges, equal triangles and a needle; an empty one; and one with spheres, two of them equal.
-fn geometries() -> Vec<Geometry> {
+pub(super) fn geometries() -> Vec<Geometry> {
     let mut all: Vec<Geometry> = meshes().iter().map(geometry).collect();
     all.insert(1, geometry(&(Vec::new(), Vec::new())));
     let sphere = |x: f64| Sphere {
@@ -50,7 +50,7 @@ fn instances(random: &mut Random, count: usize, size: f64) -> Vec<(usize, Transf
     (0..count).map(placed).collect()
 }
 
-fn all_of(meshes: &[Geometry], instances: &[(usize, Transform)]) -> InstancedGeometry {
+pub(super) fn all_of(meshes: &[Geometry], instances: &[(usize, Transform)]) -> InstancedGeometry {
     InstancedGeometry::new(&meshes.iter().collect::<Vec<_>>(), instances).unwrap()
 }
 
@@ -190,9 +190,9 @@ fn levels_threads_and_shared_origins_find_the_same_hits() {
     }
 }
 
-type Rows = [[f64; 4]; 3];
+pub(super) type Rows = [[f64; 4]; 3];
 
-fn placed(rows: &Rows, [x, y, z]: [f32; 3]) -> DVec3 {
+pub(super) fn placed(rows: &Rows, [x, y, z]: [f32; 3]) -> DVec3 {
     let [x, y, z] = [x, y, z].map(f64::from);
     DVec3::from(rows.map(|[a, b, c, d]| a * x + b * y + c * z + d))
 }
@@ -210,7 +210,7 @@ fn met([origin, direction]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> Option<(f64, f
 }
 
 /// Matrices that do not flatten much, mirrored or not, `far` from 0.
-fn matrix(random: &mut Random, far: f64) -> Rows {
+pub(super) fn matrix(random: &mut Random, far: f64) -> Rows {
     loop {
         let mut rows = [(); 3].map(|()| [(); 4].map(|()| f64::from(random.signed()) + 1e-9));
         let [a, b, c] = rows.map(|[x, y, z, _]| DVec3::new(x, y, z));

@@ -23,7 +23,7 @@ fn closest_points_are_those_of_all_triangles() {
             let point = DVec3::from_array(point);
             let (mut best, mut id) = (f64::INFINITY, u32::MAX);
             for i in (0..triangles.len()).filter(|&i| geometry.scene().has_area(i)) {
-                let at = on_triangle(point, geometry.scene().triangle(i));
+                let at = on_triangle(point, geometry.scene().triangle(i).map(Vec3::as_dvec3));
                 let squared = (at - point).length_squared();
                 if squared < best {
                     (best, id) = (squared, i as u32);
@@ -53,7 +53,7 @@ fn closest_points_of_needles() {
         let [u, v] = [random.0.f64() * 0.5, random.0.f64() * 0.5];
         let [a, b, c] = corners.map(Vec3::as_dvec3);
         let point = a * (1.0 - u - v) + b * u + c * v;
-        worst = worst.max(on_triangle(point, corners).distance(point));
+        worst = worst.max(on_triangle(point, [a, b, c]).distance(point));
     }
     assert!(worst < 2e-9, "{worst}");
 }
