@@ -8,11 +8,14 @@ use octray::{
 };
 use pyo3::{exceptions::PyValueError, prelude::*};
 
-/// Colours of vertices or faces, display values from 0 to 1.
+/// What the vertices or faces of a mesh show: colours, display values from 0 to 1, or numbers.
 pub enum Colors {
     None,
     Vertices(Vec<[f32; 3]>),
     Faces(Vec<[f32; 3]>),
+    /// Numbers instead.
+    VertexValues(Vec<f64>),
+    FaceValues(Vec<f64>),
 }
 
 /// Which vertices a triangle uses.
@@ -57,17 +60,22 @@ pub fn copied(geometry: &Geometry, colors: Colors) -> MeshArrays {
             *corner = moved[*corner as usize];
         }
     }
-    let mut face_colors = Vec::new();
+    let mut arrays = MeshArrays::default();
     match colors {
         Colors::None => {}
-        Colors::Faces(colors) => face_colors = colors,
-        Colors::Vertices(mut colors) => {
-            let mut used = is_used.into_iter();
-            colors.retain(|_| used.next() == Some(true));
-            columns.colors = colors;
-        }
+        Colors::Faces(colors) => arrays.face_colors = colors,
+        Colors::FaceValues(values) => arrays.face_values = values,
+        Colors::Vertices(colors) => columns.colors = only(&is_used, colors),
+        Colors::VertexValues(values) => arrays.vertex_values = only(&is_used, values),
     }
-    MeshArrays { columns, face_colors }
+    MeshArrays { columns, ..arrays }
+}
+
+/// The elements of the vertices that are used.
+fn only<T>(is_used: &[bool], mut elements: Vec<T>) -> Vec<T> {
+    let mut used = is_used.iter();
+    elements.retain(|_| used.next() == Some(&true));
+    elements
 }
 
 /// The options of a mesh in a style.

@@ -7,14 +7,14 @@ use super::{
     write::{self, Axis, Format, Pixels, Z_STEP, instance_number},
 };
 pub use super::{
-    plan::{Backdrop, CameraOptions, MeshOptions, Side, StartView, Style},
+    plan::{Backdrop, CameraOptions, ColorBy, ColorMap, MeshOptions, Shading, Side, StartView, Style},
     write::AovKind,
 };
 use crate::{
     accel::{BuildQuality, Bvh},
     format::{
         self,
-        mesh::{LoadedMesh, UpAxis, UpSource},
+        mesh::{LoadedMesh, UpAxis, UpSource, channels},
         ply,
     },
     ray::PrimitiveId,
@@ -74,6 +74,10 @@ pub struct MeshArrays {
     pub columns: TriangleMesh,
     /// A display value for each triangle, or empty.
     pub face_colors: Vec<[f32; 3]>,
+    /// A number for each vertex, which is shown as the options say, or empty.
+    pub vertex_values: Vec<f64>,
+    /// The same of each triangle.
+    pub face_values: Vec<f64>,
 }
 
 /// How a picture is made: options of `octray render`.
@@ -221,7 +225,12 @@ fn loaded(
             let input = load::load_bytes(&plan, bytes, memory)?;
             Ok((plan, input))
         }
-        Subject::Mesh(MeshArrays { columns, face_colors }) => {
+        Subject::Mesh(MeshArrays {
+            columns,
+            face_colors,
+            vertex_values,
+            face_values,
+        }) => {
             let plan = InputPlan::in_memory((Path::new("mesh"), InputKind::Mesh), camera, mesh, aspect)?;
             let mut mesh = LoadedMesh {
                 columns,
@@ -232,6 +241,10 @@ fn loaded(
             if !face_colors.is_empty() {
                 ply::paint_triangles(&mut mesh, &face_colors, plan.name(), memory)?;
             }
+            if !vertex_values.is_empty() {
+                mesh.columns.colors = vertex_values.into_iter().map(channels).collect();
+            }
+            mesh.scalars.of_faces = face_values;
             let input = load::show_mesh(&plan, mesh, memory)?;
             Ok((plan, input))
         }
