@@ -2,7 +2,7 @@
 
 use octray::{
     Geometry,
-    cli::picture::{MeshArrays, MeshOptions, Style},
+    cli::picture::{MeshArrays, MeshOptions, MeshShows, Style},
     format::mesh::UpAxis,
     scene::TriangleMesh,
 };
@@ -60,15 +60,15 @@ pub fn copied(geometry: &Geometry, colors: Colors) -> MeshArrays {
             *corner = moved[*corner as usize];
         }
     }
-    let mut arrays = MeshArrays::default();
+    let mut shown = MeshShows::Nothing;
     match colors {
         Colors::None => {}
-        Colors::Faces(colors) => arrays.face_colors = colors,
-        Colors::FaceValues(values) => arrays.face_values = values,
+        Colors::Faces(colors) => shown = MeshShows::FaceColors(colors),
+        Colors::FaceValues(values) => shown = MeshShows::FaceValues(values),
         Colors::Vertices(colors) => columns.colors = only(&is_used, colors),
-        Colors::VertexValues(values) => arrays.vertex_values = only(&is_used, values),
+        Colors::VertexValues(values) => shown = MeshShows::VertexValues(only(&is_used, values)),
     }
-    MeshArrays { columns, ..arrays }
+    MeshArrays { columns, shown }
 }
 
 /// The elements of the vertices that are used.

@@ -72,12 +72,20 @@ pub enum Subject<'a> {
 pub struct MeshArrays {
     /// The mesh, with the display values of its vertices' colours if they have some.
     pub columns: TriangleMesh,
-    /// A display value for each triangle, or empty.
-    pub face_colors: Vec<[f32; 3]>,
-    /// A number for each vertex, which is shown as the options say, or empty.
-    pub vertex_values: Vec<f64>,
-    /// The same of each triangle.
-    pub face_values: Vec<f64>,
+    pub shown: MeshShows,
+}
+
+/// What a mesh shows beside the colours of its vertices.
+#[derive(Debug, Default)]
+pub enum MeshShows {
+    #[default]
+    Nothing,
+    /// A display value for each triangle.
+    FaceColors(Vec<[f32; 3]>),
+    /// A number for each vertex, instead of all colours, as [`MeshOptions::color_by`] says.
+    VertexValues(Vec<f64>),
+    /// The same for each triangle.
+    FaceValues(Vec<f64>),
 }
 
 /// How a picture is made: options of `octray render`.
@@ -225,12 +233,7 @@ fn loaded(
             let input = load::load_bytes(&plan, bytes, memory)?;
             Ok((plan, input))
         }
-        Subject::Mesh(MeshArrays {
-            columns,
-            face_colors,
-            vertex_values,
-            face_values,
-        }) => {
+        Subject::Mesh(MeshArrays { columns, shown }) => {
             let plan = InputPlan::in_memory((Path::new("mesh"), InputKind::Mesh), camera, mesh, aspect)?;
             let mut mesh = LoadedMesh {
                 columns,
@@ -238,13 +241,16 @@ fn loaded(
                 up_source: UpSource::Stated,
                 ..LoadedMesh::default()
             };
-            if !face_colors.is_empty() {
-                ply::paint_triangles(&mut mesh, &face_colors, plan.name(), memory)?;
+            match shown {
+                MeshShows::Nothing => {}
+                MeshShows::FaceColors(colors) => {
+                    ply::paint_triangles(&mut mesh, &colors, plan.name(), memory)?;
+                }
+                MeshShows::VertexValues(values) => {
+                    mesh.columns.colors = values.into_iter().map(channels).collect();
+                }
+                MeshShows::FaceValues(values) => mesh.scalars.of_faces = values,
             }
-            if !vertex_values.is_empty() {
-                mesh.columns.colors = vertex_values.into_iter().map(channels).collect();
-            }
-            mesh.scalars.of_faces = face_values;
             let input = load::show_mesh(&plan, mesh, memory)?;
             Ok((plan, input))
         }

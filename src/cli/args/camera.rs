@@ -115,7 +115,8 @@ pub struct MeshArgs {
     #[arg(long, value_name = "NAME")]
     pub color_by: Option<String>,
 
-    /// The colours of --color-by [default: viridis]
+    /// The colours of --color-by, by matplotlib's names; rdbu, rdylbu, brbg, piyg and spectral diverge from their middle, and
+    /// rainbow, for angles, ends as it begins [default: viridis]
     #[arg(long, value_name = "MAP", value_enum, requires = "color_by")]
     pub color_map: Option<ColorMap>,
 

@@ -62,7 +62,7 @@ impl ValueEnum for ColorMap {
     }
 
     fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()).help(self.help()))
+        Some(PossibleValue::new(self.name()))
     }
 }
 

@@ -63,53 +63,25 @@ pub const COLORS: usize = 256;
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 pub struct ColorMap(usize);
 
-/// The maps, as matplotlib names them, with a description each.
-const MAPS: [(&str, &str, Gradient); 17] = [
-    ("viridis", "Dark blue, green, yellow", colorous::VIRIDIS),
-    ("magma", "Black, purple, pale yellow", colorous::MAGMA),
-    ("inferno", "Black, red, pale yellow", colorous::INFERNO),
-    ("plasma", "Blue, red, yellow", colorous::PLASMA),
-    (
-        "cividis",
-        "Blue, grey, yellow; looks alike to the colour-blind",
-        colorous::CIVIDIS,
-    ),
-    (
-        "turbo",
-        "Blue, green, yellow, red: a smooth rainbow",
-        colorous::TURBO,
-    ),
-    (
-        "cubehelix",
-        "Black to white through all hues",
-        colorous::CUBEHELIX,
-    ),
-    ("greys", "White to black", colorous::GREYS),
-    ("blues", "White to dark blue", colorous::BLUES),
-    ("reds", "White to dark red", colorous::REDS),
-    (
-        "ylorrd",
-        "Pale yellow, orange, dark red",
-        colorous::YELLOW_ORANGE_RED,
-    ),
-    ("rdbu", "Diverging: red, white, blue", colorous::RED_BLUE),
-    (
-        "rdylbu",
-        "Diverging: red, pale yellow, blue",
-        colorous::RED_YELLOW_BLUE,
-    ),
-    (
-        "brbg",
-        "Diverging: brown, white, blue-green",
-        colorous::BROWN_GREEN,
-    ),
-    ("piyg", "Diverging: pink, white, green", colorous::PINK_GREEN),
-    ("spectral", "Diverging: red, yellow, blue", colorous::SPECTRAL),
-    (
-        "rainbow",
-        "Cyclic: all hues, for angles; d3's, not matplotlib's",
-        colorous::RAINBOW,
-    ),
+/// The maps, as matplotlib names them. Its `rainbow` is another one.
+const MAPS: [(&str, Gradient); 17] = [
+    ("viridis", colorous::VIRIDIS),
+    ("magma", colorous::MAGMA),
+    ("inferno", colorous::INFERNO),
+    ("plasma", colorous::PLASMA),
+    ("cividis", colorous::CIVIDIS),
+    ("turbo", colorous::TURBO),
+    ("cubehelix", colorous::CUBEHELIX),
+    ("greys", colorous::GREYS),
+    ("blues", colorous::BLUES),
+    ("reds", colorous::REDS),
+    ("ylorrd", colorous::YELLOW_ORANGE_RED),
+    ("rdbu", colorous::RED_BLUE),
+    ("rdylbu", colorous::RED_YELLOW_BLUE),
+    ("brbg", colorous::BROWN_GREEN),
+    ("piyg", colorous::PINK_GREEN),
+    ("spectral", colorous::SPECTRAL),
+    ("rainbow", colorous::RAINBOW),
 ];
 
 impl ColorMap {
@@ -129,11 +101,6 @@ impl ColorMap {
         MAPS[self.0].0
     }
 
-    /// What it looks like.
-    pub fn help(self) -> &'static str {
-        MAPS[self.0].1
-    }
-
     /// The map of this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|map| map.name() == name)
@@ -142,7 +109,7 @@ impl ColorMap {
     /// Its colours, display values from 0 to 1.
     pub fn colors(self) -> [[f32; 3]; COLORS] {
         std::array::from_fn(|i| {
-            let color = MAPS[self.0].2.eval_rational(i, COLORS);
+            let color = MAPS[self.0].1.eval_rational(i, COLORS);
             [color.r, color.g, color.b].map(|channel| f32::from(channel) / 255.0)
         })
     }

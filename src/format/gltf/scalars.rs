@@ -71,9 +71,8 @@ impl<'d> Scalars<'d> {
             meshes,
             ..Self::default()
         };
-        match wanted.name() {
-            Some(name) => this.check(name).map_err(|reason| reason.of_file(path))?,
-            None => {}
+        if let Some(name) = wanted.name() {
+            this.check(name).map_err(|reason| reason.of_file(path))?;
         }
         Ok(this)
     }

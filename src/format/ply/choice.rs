@@ -218,21 +218,22 @@ impl Header {
         if let Some(word) = &self.odd_up {
             left_out.add(&format!("a comment that {word} is up, which is no axis"));
         }
-        if !self.textures.is_empty() && !self.shows_textures() && self.valued.is_none() {
+        if !self.textures.is_empty() && !self.shows_textures() && !self.shows_numbers {
             left_out.add("textures");
         }
         left_out
     }
 
-    /// Adds the properties of an element that are skipped.
+    /// Adds the properties of an element that are skipped, unless all make way for numbers.
     fn add_properties(&self, element: &Element, noun: &str, left_out: &mut LeftOut) {
+        if self.shows_numbers {
+            return;
+        }
         let is_left_out = |step: &Step| matches!(step, Step::Skip(_) | Step::SkipList { .. });
         let names = element.steps.iter().zip(&element.property_names);
         let (mut others, mut is_splat) = (Vec::new(), false);
         for (_, name) in names.filter(|(step, _)| is_left_out(step)) {
             match name.as_str() {
-                // They make way for the numbers.
-                name if self.valued.is_some() && is_color_or_coordinate(name) => {}
                 name if self.has_splats() && is_of_splat(name) => is_splat = true,
                 // Where all are opaque, nothing is lost.
                 "alpha" | "a" if element.keeps(COLOR_SLOT) => {}

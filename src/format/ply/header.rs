@@ -48,7 +48,9 @@ pub(super) struct Header {
     pub(super) has_texture_numbers: bool,
     /// Whether faces have colours.
     pub(super) has_face_colors: bool,
-    /// What has the numbers that are shown instead of colours, if they are asked for by name.
+    /// Whether numbers or coordinates are shown instead of colours.
+    pub(super) shows_numbers: bool,
+    /// What has the numbers, if they are asked for by name.
     pub(super) valued: Option<Owner>,
 }
 
@@ -182,6 +184,7 @@ impl Header {
             has_corner_uvs: false,
             has_texture_numbers: false,
             has_face_colors: false,
+            shows_numbers: false,
             valued: None,
         };
         header.read_comments(&text);

@@ -130,7 +130,8 @@ fn read_header(
     budget: &Budget,
 ) -> Result<Header, Fault> {
     let mut header = Header::parse(bytes, length)?;
-    if !shows_colors || !budget.scalars().shows_colors() {
+    header.shows_numbers = !budget.scalars().shows_colors();
+    if !shows_colors || header.shows_numbers {
         header.skip_colors();
     }
     if let Some(name) = budget.scalars().name() {
