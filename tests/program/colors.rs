@@ -3,7 +3,7 @@
 use crate::program::{Folder, assert_contains, shipped_mesh};
 use image::Rgb;
 use serde_json::Value;
-use std::fs;
+use std::{fs, path::Path};
 
 /// The first, the middle and the last colour of viridis.
 const VIRIDIS: [[u8; 3]; 3] = [[68, 1, 84], [33, 144, 141], [253, 231, 37]];
@@ -344,6 +344,50 @@ fn attributes_of_gltf_are_colours() {
     let words = "accessors[1] has 2 numbers, but the primitive has 3 vertices";
     folder.fails(&["c.gltf", "--color-by", "_HEAT"], 1, words);
     folder.run_line("c.gltf -s 8x8 -q").succeeded();
+}
+
+/// Numbers that Draco has compressed: texture coordinates under another name.
+#[test]
+fn attributes_may_be_compressed() {
+    let folder = Folder::new();
+    let seed = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds/gltf/draco.glb");
+    // Not in the package.
+    let Ok(glb) = fs::read(seed) else { return };
+    let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
+    let (json, rest) = glb[20..].split_at(length);
+    let json = std::str::from_utf8(json).unwrap().trim_end();
+    for (name, id) in [("a.glb", r#""_U":2,"#), ("b.glb", "")] {
+        let mut json = json
+            .replace(r#""POSITION":1,"#, r#""_U":5,"POSITION":1,"#)
+            .replace(r#""POSITION":0,"#, &format!(r#"{id}"POSITION":0,"#))
+            .replace(
+                r#""count":42,"type":"VEC4"}]"#,
+                r#""count":42,"type":"VEC4"},{"componentType":5126,"count":42,"type":"SCALAR"}]"#,
+            );
+        json += &" ".repeat(json.len().next_multiple_of(4) - json.len());
+        let size = |bytes: usize| (bytes as u32).to_le_bytes();
+        let whole = [
+            &glb[..8],
+            &size(20 + json.len() + rest.len()),
+            &size(json.len()),
+            b"JSON",
+            json.as_bytes(),
+            rest,
+        ];
+        fs::write(folder.path(name), whole.concat()).unwrap();
+    }
+    let info = folder.run_line("info a.glb");
+    assert_contains(info.succeeded().text(), &["\"_U\" of vertices, 0 to 1\n"]);
+    let picture = |options: &str| {
+        folder
+            .run_line(&format!("a.glb -s 16x16 -q -o a.ppm {options}"))
+            .succeeded();
+        fs::read(folder.path("a.ppm")).unwrap()
+    };
+    assert!(picture("--color-by _U") != picture("--color-by _U --color-range 1,0"));
+    // Announced, but not there.
+    folder.run_line("info b.glb").succeeded();
+    folder.fails(&["b.glb", "--color-by", "_U"], 1, "has no _U");
 }
 
 #[test]

@@ -48,9 +48,10 @@ pub(super) fn color(
         return Ok(None);
     };
     let of_faces = std::mem::take(&mut loaded.scalars.of_faces);
+    let of_each = 1 + usize::from(of_faces.is_empty());
     let vectors = loaded
         .arrays()
-        .map(|columns| 2 * columns.x.len() + columns.normals.len())
+        .map(|columns| of_each * columns.x.len() + columns.normals.len())
         .sum();
     let triangles = loaded.arrays().map(|columns| columns.triangles.len()).sum();
     let fits = check_memory([triangles, 0, vectors], memory);

@@ -189,6 +189,8 @@ impl<'d> Compression<'d> {
                 Some(&id) => attributes.push((id, accessor)),
                 // Tangents that are zeros count as missing.
                 None if accessor.sparse().is_some() || name == "TANGENT" => {}
+                // Only their ranges are wanted.
+                None if name.starts_with('_') && !buffers.scalars().is_named() => {}
                 // Zeros would hide the mistake.
                 None => {
                     return Err(buffers.refused(format!(
