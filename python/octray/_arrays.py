@@ -236,6 +236,15 @@ def colors(name: str, value, count: int) -> np.ndarray:
     return _require(array[:, :3].astype(np.float32) / np.float32(full), np.float32)
 
 
+def values(name: str, value, vertices: int, faces: int) -> np.ndarray:
+    """Return one number for each vertex or for each face as contiguous ``float64``."""
+    what = f"numbers of shape ({vertices},) for vertices or ({faces},) for faces"
+    array = _numbers(name, value, what)
+    if array.shape not in ((vertices,), (faces,)):
+        raise ValueError(f"{name}: expected {what}, found shape {array.shape}")
+    return _require(array.astype(np.float64), np.float64)
+
+
 def count(name: str, value, *, least: int, most: int = sys.maxsize) -> int:
     """Return a count, clamped to ``most``."""
     try:

@@ -31,6 +31,10 @@ def render(
     *,
     vertex_colors: ArrayLike | Sequence[ArrayLike | None] | None = None,
     face_colors: ArrayLike | Sequence[ArrayLike | None] | None = None,
+    values: ArrayLike | None = None,
+    color_by: str | None = None,
+    color_map: str | None = None,
+    color_range: Sequence[SupportsFloat] | NDArray[Any] | None = None,
     background: str = "scene",
     dtype: DTypeLike = np.uint8,
     srgb: bool | None = None,
@@ -80,6 +84,17 @@ def render(
         Colours of a :class:`Mesh`, shape (n, 3) or (m, 3): ``uint8``, or floats from 0 to 1, in sRGB as those of PLY files.
         A fourth column, alpha, must be opaque. Clay leaves them out. Of a :class:`Scene` a list with such an array, or None, for
         each of its ``meshes``; one mesh may have colours of vertices and another of faces.
+    values
+        Numbers of a :class:`Mesh` that are shown as colours, one for each vertex, shape (n,), or for each face, shape (m,); of
+        vertices if n equals m. What is not finite is grey.
+    color_by
+        The same of a file: the name of a scalar property of a PLY or glTF file, such as ``"quality"``. ``"x"``, ``"y"`` or
+        ``"z"`` shows a coordinate, also of a :class:`Mesh`.
+    color_map
+        Their colours: ``"viridis"``, the default, ``"turbo"``, ``"greys"``, ``"rdbu"`` or another of ``--color-map``.
+    color_range
+        The two numbers that have the first and the last colour; by default the smallest and the largest. If the first is
+        larger, the colours are reversed.
     background
         ``"scene"``; ``"transparent"``, which gives pixels that show nothing an alpha of 0; or a colour, ``"white"``,
         ``"black"`` or six hexadecimal digits. Mirrors and glass still show the scene's background.
@@ -185,17 +200,18 @@ def _colors(source, options) -> dict[str, list[NDArray[np.float32] | None]]:
     elif given:
         raise ValueError(f"{given[0]}: expected None for a file, which has its own colours")
     else:
-        return {name: [] for name in names}
+        return {**{name: [] for name in names}, **_values(source, options, given)}
     for label, *both in zip(labels, *arrays):
         if not any(colors is None for colors in both):
             raise ValueError(f"face_colors{label}: expected vertex_colors or face_colors, found both")
-    return {
+    colors: dict[str, Any] = {
         name: [
             None if colors is None else _arrays.colors(name + label, colors, mesh.counts[i])
             for label, colors, mesh in zip(labels, each, meshes)
         ]
         for i, (name, each) in enumerate(zip(names, arrays))
     }
+    return {**colors, **_values(source, options, given)}
 
 
 def _of_each(name: str, value, count: int) -> Sequence[Any]:
@@ -207,6 +223,42 @@ def _of_each(name: str, value, count: int) -> Sequence[Any]:
         found = _arrays.shown(value) if each is None else f"{len(each)}"
         raise ValueError(f"{name}: expected a list with an array or None for each of {count} meshes, found {found}")
     return each
+
+
+def _values(source, options, colors: list[str]) -> dict[str, Any]:
+    """Return the numbers that are shown as colours. ``colors`` are the names of given colours."""
+    values, by, ends = (options[name] for name in ("values", "color_by", "color_range"))
+    given = [name for name in ("values", "color_by") if options[name] is not None]
+    if len([*given, *colors]) > 1:
+        raise ValueError(f"{given[-1]}: expected {' or '.join([*colors, *given])}, found more than one")
+    if given and isinstance(source, Scene):
+        raise ValueError(f"{given[0]}: expected None for a Scene, whose meshes take vertex_colors or face_colors")
+    for name in ("color_map", "color_range"):
+        if options[name] is not None and not given:
+            raise ValueError(f"{name}: needs values or color_by")
+    if by is not None and not isinstance(by, str):
+        raise ValueError(f"color_by: expected a name, found {_arrays.shown(by)}")
+    if by is not None and isinstance(source, Mesh) and by not in ("x", "y", "z"):
+        raise ValueError(f"color_by: expected x, y or z for a Mesh, or values instead, found {_arrays.shown(by)}")
+    if values is not None and not isinstance(source, Mesh):
+        raise ValueError("values: expected None for a file; color_by names a property of it")
+    if not isinstance(options["color_map"], (str, type(None))):
+        raise ValueError(f"color_map: expected a name, found {_arrays.shown(options['color_map'])}")
+    if ends is not None:
+        what = "two different finite numbers"
+        pair = _arrays.items(ends)
+        if pair is None or isinstance(ends, str) or len(pair) != 2:
+            raise ValueError(f"color_range: expected {what}, found {_arrays.shown(ends)}")
+        ends = [_arrays.number("color_range", end, what) for end in pair]
+        if ends[0] == ends[1]:
+            raise ValueError(f"color_range: expected {what}, found {ends[0]} twice")
+    checked: dict[str, Any] = dict.fromkeys(("vertex_values", "face_values"))
+    if values is not None:
+        vertices, faces = source._mesh.counts
+        values = _arrays.values("values", values, vertices, faces)
+        checked["vertex_values" if len(values) == vertices else "face_values"] = values
+        by = "values"
+    return {**checked, "color_by": by, "color_map": options["color_map"], "color_range": ends}
 
 
 def _look(options) -> dict[str, Any]:

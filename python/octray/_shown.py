@@ -57,12 +57,13 @@ def render(mesh: Any, /, **options: Any) -> dict[str, NDArray[Any]]:
     source: Mesh | io.BytesIO
     notes: list[str] = []
     order = None
-    if _is(mesh, "vertices", "faces") and not hasattr(mesh.visual, "material"):
+    is_valued = any(options.get(name) is not None for name in ("values", "color_by"))
+    if _is(mesh, "vertices", "faces") and (is_valued or not hasattr(mesh.visual, "material")):
         vertices, faces, _ = arrays_of("mesh", mesh)
         source = Mesh(vertices, faces)
         if source._mesh.counts[1] == 0:
             raise ValueError(f"mesh: {_arrays.shown(mesh)} has nothing to render")
-        if mesh.visual.kind in ("vertex", "face"):
+        if not is_valued and mesh.visual.kind in ("vertex", "face"):
             name = f"{mesh.visual.kind}_colors"
             colors[name], is_translucent = opaque(getattr(mesh.visual, name))
             notes += [ALPHA] * is_translucent

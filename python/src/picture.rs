@@ -6,9 +6,11 @@ use crate::{
     threads,
     words::{in_python, raised},
 };
-use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use octray::{
-    cli::picture::{self, AovKind, Backdrop, MeshOptions, Picture, Request, Subject, Values},
+    cli::picture::{
+        self, AovKind, Backdrop, ColorBy, ColorMap, MeshOptions, Picture, Request, Shading, Subject, Values,
+    },
     format::mesh::Moment,
     glam::DVec3,
 };
@@ -39,6 +41,11 @@ pub struct Options<'py> {
     aov: Vec<String>,
     vertex_colors: MeshColors<'py>,
     face_colors: MeshColors<'py>,
+    vertex_values: Option<PyReadonlyArray1<'py, f64>>,
+    face_values: Option<PyReadonlyArray1<'py, f64>>,
+    color_by: Option<String>,
+    color_map: Option<String>,
+    color_range: Option<[f64; 2]>,
     background: String,
     floats: bool,
     srgb: Option<bool>,
@@ -64,8 +71,27 @@ impl Options<'_> {
         })
     }
 
+    /// Which numbers are colours. Those of a mesh in memory are relative to its `middle`.
+    fn color_by(&self, middle: DVec3) -> PyResult<ColorBy> {
+        let map = self.color_map.as_deref().unwrap_or(ColorMap::default().name());
+        let map = ColorMap::named(map).ok_or_else(|| {
+            let names = ColorMap::ALL.map(ColorMap::name).join(", ");
+            PyValueError::new_err(format!("color_map: expected {names}, found {map:?}"))
+        })?;
+        let values = self.color_by.as_deref().map_or(Shading::Own, Shading::named);
+        let offset = match values {
+            Shading::Coordinate(axis) => middle[axis],
+            _ => 0.0,
+        };
+        Ok(ColorBy {
+            values,
+            map,
+            range: self.color_range.map(|range| range.map(|end| end - offset)),
+        })
+    }
+
     /// How a mesh is shown.
-    fn mesh(&self) -> PyResult<MeshOptions> {
+    fn mesh(&self, middle: DVec3) -> PyResult<MeshOptions> {
         let has_moment = self.animation.is_some() || self.animation_time.is_some();
         let environment = self.environment.clone();
         Ok(MeshOptions {
@@ -73,6 +99,7 @@ impl Options<'_> {
             ground: self.ground,
             smooth_degrees: self.smooth_angle,
             point_size: self.point_size,
+            color_by: self.color_by(middle)?,
             moment: has_moment.then(|| Moment {
                 animation: self.animation.clone(),
                 seconds: self.animation_time.unwrap_or(0.0),
@@ -83,8 +110,15 @@ impl Options<'_> {
         })
     }
 
-    /// The colours of each mesh.
+    /// The colours or numbers of each mesh.
     fn colors(&self) -> Vec<Colors> {
+        let numbers = |values: &PyReadonlyArray1<'_, f64>| values.as_array().to_vec();
+        if let Some(values) = &self.vertex_values {
+            return vec![Colors::VertexValues(numbers(values))];
+        }
+        if let Some(values) = &self.face_values {
+            return vec![Colors::FaceValues(numbers(values))];
+        }
         let rows = |colors: &PyReadonlyArray2<'_, f32>| {
             let rows = colors.as_array();
             rows.rows()
@@ -131,7 +165,7 @@ pub fn render<'py>(
     let request = Request {
         size,
         camera: camera.options(middle),
-        mesh: options.mesh()?,
+        mesh: options.mesh(middle)?,
         aovs: options.aovs()?,
         max_depth: options.max_depth,
         shadows: options.shadows,

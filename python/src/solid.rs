@@ -9,7 +9,7 @@ use crate::{
 use numpy::PyReadonlyArray1;
 use octray::{
     Geometry,
-    cli::picture::{MeshArrays, MeshOptions, PlacedArrays, Style},
+    cli::picture::{MeshArrays, MeshOptions, MeshShows, PlacedArrays, Style},
     format::mesh::UpAxis,
     glam::DVec3,
     scene::{Transform, TriangleMesh},
@@ -102,13 +102,16 @@ impl Shown {
     }
 }
 
-/// Colours of vertices or faces, display values from 0 to 1.
+/// What the vertices or faces of a mesh show: colours, display values from 0 to 1, or numbers.
 #[derive(Default)]
 pub enum Colors {
     #[default]
     None,
     Vertices(Vec<[f32; 3]>),
     Faces(Vec<[f32; 3]>),
+    /// Numbers instead.
+    VertexValues(Vec<f64>),
+    FaceValues(Vec<f64>),
 }
 
 /// Which vertices a triangle uses.
@@ -161,17 +164,22 @@ pub fn copied(geometry: &Geometry, colors: Colors) -> MeshArrays {
             *corner = moved[*corner as usize];
         }
     }
-    let mut face_colors = Vec::new();
+    let mut shown = MeshShows::Nothing;
     match colors {
         Colors::None => {}
-        Colors::Faces(colors) => face_colors = colors,
-        Colors::Vertices(mut colors) => {
-            let mut used = is_used.into_iter();
-            colors.retain(|_| used.next() == Some(true));
-            columns.colors = colors;
-        }
+        Colors::Faces(colors) => shown = MeshShows::FaceColors(colors),
+        Colors::FaceValues(values) => shown = MeshShows::FaceValues(values),
+        Colors::Vertices(colors) => columns.colors = only(&is_used, colors),
+        Colors::VertexValues(values) => shown = MeshShows::VertexValues(only(&is_used, values)),
     }
-    MeshArrays { columns, face_colors }
+    MeshArrays { columns, shown }
+}
+
+/// The elements of the vertices that are used.
+fn only<T>(is_used: &[bool], mut elements: Vec<T>) -> Vec<T> {
+    let mut used = is_used.iter();
+    elements.retain(|_| used.next() == Some(&true));
+    elements
 }
 
 /// The options of a mesh in a style.

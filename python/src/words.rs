@@ -25,7 +25,7 @@ const PHRASES: [(&str, &str); 7] = [
 ];
 
 /// The program's options that are arguments, or keys of a camera, by the same name.
-const OPTIONS: [&str; 14] = [
+const OPTIONS: [&str; 17] = [
     "from",
     "focus",
     "style",
@@ -33,6 +33,9 @@ const OPTIONS: [&str; 14] = [
     "up-axis",
     "smooth-angle",
     "point-size",
+    "color-by",
+    "color-map",
+    "color-range",
     "animation-time",
     "animation",
     "lit-from",

@@ -154,6 +154,8 @@ def test_what_a_scene_cannot_have():
         ({"face_colors": [black]}, "face_colors: expected a list .*found 1"),
         ({"face_colors": 3}, "face_colors: expected a list .*found 3"),
         ({"face_colors": "ab"}, "face_colors: expected a list"),
+        ({"values": [black[:, 0]]}, "values: expected None for a Scene, whose meshes take vertex_colors or face_colors"),
+        ({"color_by": "z"}, "color_by: expected None for a Scene"),
         ({"face_colors": [black[1:], None]}, r"face_colors of mesh 0: .*shape \(12, 3\), found shape \(11, 3\)"),
         ({"vertex_colors": [None, black]}, "vertex_colors of mesh 1: "),
         ({"vertex_colors": [np.zeros((8, 3)), None], "face_colors": [black, None]}, "face_colors of mesh 0: .*found both"),

@@ -9,14 +9,14 @@ use super::{
 mod placed;
 
 pub use super::{
-    plan::{Backdrop, CameraOptions, MeshOptions, Side, StartView, Style},
+    plan::{Backdrop, CameraOptions, ColorBy, ColorMap, MeshOptions, Shading, Side, StartView, Style},
     write::AovKind,
 };
 use crate::{
     accel::{BuildQuality, Bvh},
     format::{
         self,
-        mesh::{LoadedMesh, UpAxis, UpSource},
+        mesh::{LoadedMesh, UpAxis, UpSource, channels},
         ply,
     },
     ray::PrimitiveId,
@@ -82,8 +82,30 @@ impl Subject<'_> {
 pub struct MeshArrays {
     /// The mesh, with the display values of its vertices' colours if they have some.
     pub columns: TriangleMesh,
-    /// A display value for each triangle, or empty.
-    pub face_colors: Vec<[f32; 3]>,
+    pub shown: MeshShows,
+}
+
+/// What a mesh shows beside the colours of its vertices.
+#[derive(Debug, Default)]
+pub enum MeshShows {
+    #[default]
+    Nothing,
+    /// A display value for each triangle.
+    FaceColors(Vec<[f32; 3]>),
+    /// A number for each vertex, instead of all colours, as [`MeshOptions::color_by`] says.
+    VertexValues(Vec<f64>),
+    /// The same for each triangle.
+    FaceValues(Vec<f64>),
+}
+
+impl MeshArrays {
+    /// A display value for each triangle; empty if they have none.
+    fn face_colors(&self) -> &[[f32; 3]] {
+        match &self.shown {
+            MeshShows::FaceColors(colors) => colors,
+            _ => &[],
+        }
+    }
 }
 
 /// How a picture is made: options of `octray render`.
@@ -234,7 +256,7 @@ fn loaded(
             let input = load::load_bytes(&plan, bytes, memory)?;
             Ok((plan, input))
         }
-        Subject::Mesh(MeshArrays { columns, face_colors }) => {
+        Subject::Mesh(MeshArrays { columns, shown }) => {
             let plan = InputPlan::in_memory((Path::new("mesh"), InputKind::Mesh), camera, mesh, aspect)?;
             let mut mesh = LoadedMesh {
                 columns,
@@ -242,8 +264,15 @@ fn loaded(
                 up_source: UpSource::Stated,
                 ..LoadedMesh::default()
             };
-            if !face_colors.is_empty() {
-                ply::paint_triangles(&mut mesh, &face_colors, plan.name(), memory)?;
+            match shown {
+                MeshShows::Nothing => {}
+                MeshShows::FaceColors(colors) => {
+                    ply::paint_triangles(&mut mesh, &colors, plan.name(), memory)?;
+                }
+                MeshShows::VertexValues(values) => {
+                    mesh.columns.colors = values.into_iter().map(channels).collect();
+                }
+                MeshShows::FaceValues(values) => mesh.scalars.of_faces = values,
             }
             let input = load::show_mesh(&plan, mesh, memory)?;
             Ok((plan, input))

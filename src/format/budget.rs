@@ -4,7 +4,7 @@
 //! back what it frees before the load ends.
 
 use super::{
-    mesh::{Moment, Sharing},
+    mesh::{Moment, Sharing, Wanted},
     offset::Offset,
     reason::Reason,
 };
@@ -60,6 +60,8 @@ pub(super) struct Budget {
     sharing: Sharing,
     /// The moment of an animation in which a mesh is shown, instead of its stored pose.
     moment: Option<Moment>,
+    /// Which numbers of a mesh are read.
+    scalars: Wanted,
     /// What coordinates are read relative to; set for the second reading of a mesh far from 0.
     offset: OnceLock<Offset>,
     /// The largest absolute coordinate that the file stores as `f32`, as bits.
@@ -97,6 +99,7 @@ impl Budget {
             wants_images: AtomicBool::new(true),
             sharing: Sharing::Never,
             moment: None,
+            scalars: Wanted::Nothing,
             offset: OnceLock::new(),
             single_reach: AtomicU32::new(0),
         }
@@ -110,6 +113,17 @@ impl Budget {
     /// The budget of a mesh that is shown in a moment of an animation.
     pub(super) fn with_moment(self, moment: Option<Moment>) -> Self {
         Self { moment, ..self }
+    }
+
+    /// The budget of a mesh of which these numbers are read.
+    #[cfg(feature = "cli")]
+    pub(super) fn with_scalars(self, scalars: Wanted) -> Self {
+        Self { scalars, ..self }
+    }
+
+    /// Which numbers of a mesh are read.
+    pub(super) fn scalars(&self) -> &Wanted {
+        &self.scalars
     }
 
     /// The moment of an animation in which a mesh is shown.

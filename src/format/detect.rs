@@ -4,7 +4,7 @@ use super::{
     budget::Budget,
     files::{self, Disk},
     foreign,
-    mesh::{self, LoadedMesh, MeshFormat, Sharing},
+    mesh::{self, LoadedMesh, MeshFormat},
     off,
     place::BYTE_ORDER_MARK,
     scn, stl,
@@ -82,7 +82,7 @@ pub fn load_any(
     asked: &mut Vec<PathBuf>,
     memory: u64,
 ) -> Result<Loaded, LoadError> {
-    load_budgeted(reader, name, asked, Budget::new(memory), Sharing::Never)
+    load_budgeted(reader, name, asked, Budget::new(memory), |budget| budget)
 }
 
 /// As [`load_any`], for a mesh of which this is `shown`: parts that are placed often may be stored once. The images of a
@@ -95,18 +95,21 @@ pub(crate) fn load_any_shown(
     limits: impl Into<super::Limits>,
     shown: mesh::Shown,
 ) -> Result<Loaded, LoadError> {
+    let sharing = shown.sharing();
     let budget = Budget::new(limits).with_moment(shown.moment);
     budget.set_wants_images(shown.images);
-    load_budgeted(reader, name, asked, budget, Sharing::WherePays)
+    load_budgeted(reader, name, asked, budget, |budget| {
+        budget.with_sharing(sharing).with_scalars(shown.scalars)
+    })
 }
 
-/// As [`load_any`]; only a mesh outside of a scene is shared.
+/// As [`load_any`]; `of_mesh` makes the budget of a mesh outside of a scene.
 fn load_budgeted(
     reader: impl Read,
     name: &Path,
     asked: &mut Vec<PathBuf>,
     budget: Budget,
-    sharing: Sharing,
+    of_mesh: impl FnOnce(Budget) -> Budget,
 ) -> Result<Loaded, LoadError> {
     let bytes = files::read_all(reader, files::MAX_BYTES, &budget);
     let bytes = bytes.map_err(|error| files::load_error(name, &error))?;
@@ -122,7 +125,7 @@ fn load_budgeted(
     Ok(match detect(&bytes) {
         Detected::Scene => Loaded::Scene(Box::new(scn::parse(&bytes, name, &mut Disk { asked }, &budget)?)),
         Detected::Mesh(format) => {
-            let budget = budget.with_sharing(sharing);
+            let budget = of_mesh(budget);
             let open = &mut |path: &Path| {
                 asked.push(path.to_path_buf());
                 files::read(path, &budget)

@@ -97,7 +97,7 @@ const FISHEYE: &str = r#"{"camera_model":"OPENCV_FISHEYE","fl_x":11,"fl_y":10,"w
 const ALL: &str = "--aov depth,normal,albedo,id,heat,mask,z,instance";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 49] = [
+const CASES: [(&str, &str, &str); 51] = [
     ("instances.scn", "exr", ALL),
     (
         "instances.scn",
@@ -234,6 +234,16 @@ const CASES: [(&str, &str, &str); 49] = [
     ("moving.scn", "exr", "--frames 2-2 --samples 4 --aov depth,heat"),
     ("plane.scn", "png", "--samples auto:9 --filter tent"),
     ("points.obj", "png", "--point-size 0.3 --mode scalar --aov id"),
+    (
+        "vase.obj",
+        "png",
+        "--color-by y --color-map turbo --color-range 0.2,1 --samples auto:9 --aov albedo",
+    ),
+    (
+        "points.obj",
+        "exr",
+        "--color-by x --style plain --mode scalar --samples 4",
+    ),
     (
         "swing.gltf",
         "png",

@@ -34,6 +34,11 @@ fn the_document_has_every_field() {
         "camera one eye 3 0 1 target 0 0 0 fov 40 aperture 0.1 focus 2\nlight 3 -2 5 0.7\n\
          light 1 1 3 0.5 spot 0 0 -1 20 30\nmaterial matte cd 1 0 0\nsphere 0 0 0 1\n",
     );
+    folder.write(
+        "q.ply",
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nproperty float q\n\
+         end_header\n0 0 0 1\n",
+    );
     for half in ["0,0,16,16", "16,0,32,16"] {
         let tile = format!(
             "a.scn --size=32x16 --crop={half} -o {}.png -q",
@@ -44,6 +49,8 @@ fn the_document_has_every_field() {
     let missing_b = "b.scn --size=16 -o t-#.png --turntable=2 --aov=depth,heat -q --json=-";
     for (command, arguments) in [
         ("render", missing_b),
+        ("render", "q.ply --size=8 --color-by=q -q --json=-"),
+        ("info", "info q.ply --json=-"),
         ("info", "info b.scn --json=-"),
         ("bench", "bench a.scn --size=16 --repeat=1 --json=-"),
         ("verify", "verify --seconds=0.1 --json=-"),

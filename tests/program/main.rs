@@ -20,6 +20,7 @@ mod cli_docs;
 mod cli_output;
 mod cli_together;
 mod cli_verify;
+mod colors;
 mod crops;
 mod distortion;
 mod environments;

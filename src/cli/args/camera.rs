@@ -2,7 +2,7 @@
 
 use super::values;
 use crate::{
-    cli::plan::{CameraOptions, MeshOptions, Orbit, Side, StartView},
+    cli::plan::{CameraOptions, ColorBy, ColorMap, MeshOptions, Orbit, Shading, Side, StartView},
     format::mesh::{Moment, UpAxis},
     scene::Projection,
 };
@@ -16,11 +16,14 @@ pub(super) const OPTIONS: [&str; 10] = [
 ];
 
 /// The names of all arguments of [`MeshArgs`].
-pub(super) const MESH_OPTIONS: [&str; 9] = [
+pub(super) const MESH_OPTIONS: [&str; 12] = [
     "up_axis",
     "ground",
     "smooth_angle",
     "point_size",
+    "color_by",
+    "color_map",
+    "color_range",
     "animation",
     "animation_time",
     "lit_from",
@@ -106,6 +109,22 @@ pub struct MeshArgs {
     #[arg(long, value_name = "DIAMETER", value_parser = values::diameter, allow_negative_numbers = true)]
     pub point_size: Option<f32>,
 
+    /// Show numbers as colours, instead of all others: x, y or z, the coordinates in the file, or a scalar property of the
+    /// vertices or faces of a PLY file or of the vertices of a glTF file, by name, such as quality. octray info lists those
+    /// of a file
+    #[arg(long, value_name = "NAME")]
+    pub color_by: Option<String>,
+
+    /// The colours of --color-by, by matplotlib's names; rdbu, rdylbu, brbg, piyg and spectral diverge from their middle, and
+    /// rainbow, for angles, ends as it begins [default: viridis]
+    #[arg(long, value_name = "MAP", value_enum, requires = "color_by")]
+    pub color_map: Option<ColorMap>,
+
+    /// The numbers that have the first and the last colour; LOW above HIGH reverses the map [default: the smallest and the
+    /// largest number]
+    #[arg(long, value_name = "LOW,HIGH", value_parser = values::range, allow_hyphen_values = true, requires = "color_by")]
+    pub color_range: Option<[f64; 2]>,
+
     /// Show a glTF file in the pose of this animation, by name or number. octray render plays it with -o a.gif or
     /// a-#.png [default: the stored pose; the first animation with --animation-time, a.gif or #]
     #[arg(long, value_name = "NAME")]
@@ -165,6 +184,11 @@ impl MeshArgs {
             ground: self.ground,
             smooth_degrees: self.smooth_angle,
             point_size: self.point_size,
+            color_by: ColorBy {
+                values: self.color_by.as_deref().map_or(Shading::Own, Shading::named),
+                map: self.color_map.unwrap_or_default(),
+                range: self.color_range,
+            },
             moment: (self.animation.is_some() || self.animation_time.is_some()).then(|| Moment {
                 animation: self.animation.clone(),
                 seconds: self.animation_time.unwrap_or(0.0),

@@ -4,7 +4,7 @@ use crate::{
     accel::BuildQuality,
     bench::Method,
     cli::{
-        plan::{Build, Engine, Style},
+        plan::{Build, ColorMap, Engine, Style},
         write::AovKind,
     },
     render::{Filter, Mode, Pattern},
@@ -54,6 +54,16 @@ choices! { Style:
     Self::Plain => "plain", "Two point lights with hard shadows; one sample per pixel, no gamma";
     Self::Studio => "studio", "A large soft light and ambient occlusion; up to 16 samples per pixel, tent filter, sRGB (an EXR stays linear)";
     Self::Clay => "clay", "Studio light, one colour for the whole mesh";
+}
+
+impl ValueEnum for ColorMap {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()))
+    }
 }
 
 choices! { Choice<Pattern>:

@@ -9,7 +9,7 @@ use clap::{
 use std::{ffi::OsString, path::Path};
 
 /// Options of other renderers, and what octray has instead.
-const ELSEWHERE: [(&[&str], &str); 23] = [
+const ELSEWHERE: [(&[&str], &str); 25] = [
     (
         &[
             "--width",
@@ -87,7 +87,16 @@ const ELSEWHERE: [(&[&str], &str); 23] = [
     ),
     (
         &["--color", "--colour", "--material"],
-        "a scene (.scn) has lines such as `material matte cd 1 0 0` and `mesh PATH`; --style clay shows one colour",
+        "a scene (.scn) has lines such as `material matte cd 1 0 0` and `mesh PATH`; --style clay shows one colour, \
+         --color-by NAME numbers",
+    ),
+    (
+        &["--scalars", "--scalar", "--coloring-array", "--color-array"],
+        "--color-by NAME, such as --color-by quality or --color-by z; octray info lists the names",
+    ),
+    (
+        &["--cmap", "--colormap", "--palette"],
+        "--color-map MAP with --color-by NAME, such as --color-map turbo",
     ),
 ];
 
@@ -118,10 +127,11 @@ pub fn explain(error: &mut clap::Error, arguments: &[OsString]) {
 }
 
 /// Options whose value is several numbers: how many, and an example.
-const LISTS: [(&[&str], usize, &str); 3] = [
+const LISTS: [(&[&str], usize, &str); 4] = [
     (&["--eye", "--target", "--up", "--lit-from"], 3, "-1,2.5,3"),
     (&["--crop"], 4, "0,0,256,128"),
     (&["-s", "--size"], 2, "800x600"),
+    (&["--color-range"], 2, "0,2.5"),
 ];
 
 /// The message for arguments that clap takes for others.

@@ -127,6 +127,21 @@ pub fn vector(text: &str) -> Result<DVec3, String> {
     }
 }
 
+/// `LOW,HIGH`, finite and different.
+pub fn range(text: &str) -> Result<[f64; 2], String> {
+    let number = |word: &str| word.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    let range = text
+        .split_once(',')
+        .and_then(|(low, high)| Some([number(low)?, number(high)?]));
+    match range {
+        Some([low, high]) if low == high => {
+            Err("expected two different numbers LOW,HIGH such as 0,2.5".into())
+        }
+        Some(range) => Ok(range),
+        None => Err("expected two finite numbers LOW,HIGH such as 0,2.5".into()),
+    }
+}
+
 /// `x,y,z`, which is not the point 0.
 pub fn direction(text: &str) -> Result<DVec3, String> {
     let vector = vector(text)?;

@@ -21,7 +21,8 @@ pub fn run(plan: &InfoPlan) -> Result<(), CliError> {
     Interrupt::install()?;
     let start = Instant::now();
     let mut files = Vec::new();
-    let (scene, animations) = load::load_bare(&plan.path, plan.memory, &mut files)?;
+    let bare = load::load_bare(&plan.path, plan.memory, &mut files)?;
+    let (scene, animations, scalars) = (bare.scene, bare.animations, bare.scalars);
     let load_time = start.elapsed();
     let mut inputs = Inputs::default();
     inputs.add(&plan.path, "the scene");
@@ -31,7 +32,8 @@ pub fn run(plan: &InfoPlan) -> Result<(), CliError> {
     memory::check_build(&scene, BuildQuality::Best)?;
     let bvh = Bvh::build(&scene);
     let name = plan.path.to_string_lossy().into_owned();
-    let info = Info::new(name, &scene, faults, bvh.stats(), load_time).with_animations(animations);
+    let info = Info::new(name, &scene, faults, bvh.stats(), load_time);
+    let info = info.with_animations(animations).with_scalars(scalars);
     match &plan.json {
         Some(target) => write_json(target, &json_line(&info)),
         None => report::print(&info.text()),

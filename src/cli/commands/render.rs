@@ -13,7 +13,7 @@ use crate::{
     cli::{
         CliError,
         load::{
-            self, Input,
+            self, Input, Legend,
             faults::{self, Faults},
             memory,
         },
@@ -73,6 +73,7 @@ struct Loaded<'a> {
     scene: &'a Scene,
     bvh: &'a Bvh,
     faults: &'a Faults,
+    legend: Option<&'a Legend>,
     look: &'a Look,
 }
 
@@ -235,6 +236,7 @@ impl Call<'_> {
             scene,
             camera,
             rig,
+            legend,
             poses,
             is_cloud,
             notes,
@@ -265,6 +267,7 @@ impl Call<'_> {
             bvh,
             camera,
             rig,
+            legend,
             poses,
             quality,
         };
@@ -294,6 +297,7 @@ impl Call<'_> {
                 scene: &at_time.scene,
                 bvh: &at_time.bvh,
                 faults,
+                legend: at_time.legend.as_ref(),
                 look,
             };
             let mut renderer = Renderer::new(&at_time.scene, &at_time.bvh);
@@ -429,8 +433,11 @@ impl Call<'_> {
         self.report(|| {
             let aov = aovs.as_ref().and_then(|aovs| frame.aovs.report(aovs));
             let scene = (loaded.path, loaded.scene, loaded.faults);
-            RenderReport::new(scene, loaded.bvh, output.full_name(), settings, &stats, &times)
-                .with(frame.turn.map(|turn| turn.number), aov)
+            RenderReport::new(scene, loaded.bvh, output.full_name(), settings, &stats, &times).with(
+                frame.turn.map(|turn| turn.number),
+                aov,
+                loaded.legend.cloned(),
+            )
         })?;
         self.written.add(written_name(output), times.total);
         self.save_pose(frame, camera);

@@ -7,8 +7,8 @@ use crate::{
         args::spelled,
         load::{self, Input},
         plan::{
-            InputKind, InputPlan, Look, MeshOptions, NOT_PLAYED_FROM_STANDARD_INPUT, Playing, Style,
-            ViewPlan, is_standard_stream, playback_of, stem,
+            ColorBy, ColorMap, InputKind, InputPlan, Look, MeshOptions, NOT_PLAYED_FROM_STANDARD_INPUT,
+            Playing, Style, ViewPlan, is_standard_stream, playback_of, stem,
         },
         process::Interrupt,
         report::{self, quoted, quoted_path},
@@ -245,6 +245,7 @@ impl Program {
         if let Some(diameter) = mesh.point_size {
             options += &format!(" --point-size={diameter}");
         }
+        options += &color_options(&mesh.color_by);
         if let Some((path, degrees)) = &mesh.environment {
             options += &format!(" --environment={}", quoted(path.as_os_str()));
             if *degrees != 0.0 {
@@ -266,6 +267,21 @@ impl Program {
         }
         options
     }
+}
+
+/// The options that show these numbers as colours.
+fn color_options(by: &ColorBy) -> String {
+    let Some(name) = by.values.name() else {
+        return String::new();
+    };
+    let mut options = format!(" --color-by={}", quoted(name.as_ref()));
+    if by.map != ColorMap::default() {
+        options += &format!(" --color-map={}", by.map.name());
+    }
+    if let Some([low, high]) = by.range {
+        options += &format!(" --color-range={low},{high}");
+    }
+    options
 }
 
 const NOT_AGAIN: &str = "standard input cannot be read again";

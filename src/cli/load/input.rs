@@ -1,19 +1,19 @@
 //! Loads a scene file, or a mesh and makes a scene of it.
 
 use super::{
-    Poses, environment, faults,
+    Legend, Poses, color, environment, faults,
     stage::{self, Built, Rig, Stage},
 };
 use crate::{
     cli::{
         CliError,
-        plan::{InputKind, InputPlan, Style, kind_of, name},
+        plan::{InputKind, InputPlan, Shading, Style, kind_of, name},
         process,
     },
     error::{LoadError, SceneError, clip_path},
     format::{
         self, Limits, Loaded,
-        mesh::{LoadedMesh, MeshAnimation, Moment, Shown},
+        mesh::{LoadedMesh, MeshAnimation, Moment, Scalar, Shown, Surface, Wanted},
     },
     scene::{Camera, Image, NamedCamera, Scene, SceneBuilder, check_memory},
 };
@@ -36,6 +36,8 @@ pub struct Input {
     pub is_cloud: bool,
     /// The lights of a mesh, if they turn with the camera of a turntable.
     pub rig: Option<Rig>,
+    /// What the colours of a mesh mean, if they show numbers.
+    pub legend: Option<Legend>,
     /// The poses of a mesh that is played.
     pub poses: Option<Poses>,
     /// Warnings.
@@ -102,8 +104,9 @@ pub fn load_frame(plan: &InputPlan, memory: u64, poses: &Poses, frame: u32) -> R
 /// What is shown of a plan's mesh at a moment.
 fn shown(plan: &InputPlan, moment: Option<Moment>) -> Shown {
     Shown {
-        images: plan.mesh.style != Style::Clay,
+        images: plan.mesh.style != Style::Clay && plan.mesh.color_by.values == Shading::Own,
         moment,
+        scalars: plan.mesh.color_by.values.wanted(),
     }
 }
 
@@ -156,6 +159,7 @@ fn show_scene(plan: &InputPlan, scene: Scene) -> Result<Input, CliError> {
         has_own_lights: false,
         is_cloud: false,
         rig: None,
+        legend: None,
         poses: None,
         notes: scene.sources().notes.clone(),
         scene,
@@ -186,6 +190,17 @@ fn show_pose(
     }
     let up = mesh.up_axis.unwrap_or(loaded.up);
     let around = poses.map(|poses| poses.around(&mut loaded));
+    let surface = match mesh.style {
+        Style::Clay => Surface::CLAY,
+        Style::Plain | Style::Studio => Surface::WHITE,
+    };
+    let legend = color::color(
+        &mut loaded,
+        around.as_ref(),
+        &mesh.color_by,
+        surface,
+        (path, memory),
+    )?;
     let framed = around.as_ref().unwrap_or(&loaded);
     let camera = plan.camera.for_mesh(framed, up, plan.aspect, mesh)?;
     let (offset, is_cloud) = (loaded.offset, loaded.cloud.is_some());
@@ -204,6 +219,7 @@ fn show_pose(
         up: up.vector(),
         ground: mesh.ground,
         style: mesh.style,
+        is_colored: legend.is_some(),
         own_lights: mesh.lit_from.is_none(),
         around: around.as_ref(),
     };
@@ -226,6 +242,7 @@ fn show_pose(
         has_own_lights: rig.is_none(),
         is_cloud,
         rig: rig.filter(|_| mesh.orbit.is_some() && mesh.lit_from.is_none()),
+        legend,
         poses: None,
         notes,
     })
@@ -262,23 +279,32 @@ fn smooth(loaded: &mut LoadedMesh, degrees: f64, path: &Path, memory: u64) -> Re
         .map_err(|error| failed(path, &error))
 }
 
-/// Loads a scene, or a mesh without studio light, with its lights, cameras and notes, and lists its animations. It may take
-/// `memory` bytes. Adds every file that was opened to `files`.
+/// A scene without studio light, and what else the file of a mesh has.
+pub struct Bare {
+    pub scene: Scene,
+    pub animations: Vec<MeshAnimation>,
+    pub(in crate::cli) scalars: Vec<Scalar>,
+}
+
+/// Loads a scene, or a mesh without studio light, with its lights, cameras and notes. It may take `memory` bytes. Adds every file that was opened to `files`.
 ///
 /// # Errors
 /// [`CliError`].
-pub fn load_bare(
-    path: &Path,
-    memory: u64,
-    files: &mut Vec<PathBuf>,
-) -> Result<(Scene, Vec<MeshAnimation>), CliError> {
+pub fn load_bare(path: &Path, memory: u64, files: &mut Vec<PathBuf>) -> Result<Bare, CliError> {
     let kind = kind_of(path)?;
     let shown = Shown {
         images: true,
+        scalars: Wanted::Ranges,
         ..Shown::default()
     };
     let mut loaded = match read(path, kind, memory.into(), files, shown)? {
-        Loaded::Scene(scene) => return Ok((*scene, Vec::new())),
+        Loaded::Scene(scene) => {
+            return Ok(Bare {
+                scene: *scene,
+                animations: Vec::new(),
+                scalars: Vec::new(),
+            });
+        }
         Loaded::Mesh(mesh) => *mesh,
     };
     let path = name(path);
@@ -321,13 +347,18 @@ pub fn load_bare(
         builder.add_note(note);
     }
     let animations = std::mem::take(&mut loaded.animations);
+    let scalars = std::mem::take(&mut loaded.scalars.listed);
     loaded
         .add_to(&mut builder, None)
         .map_err(|error| failed(path, &error))?;
-    Ok((builder.finish(), animations))
+    Ok(Bare {
+        scene: builder.finish(),
+        animations,
+        scalars,
+    })
 }
 
-fn failed(path: &Path, error: &SceneError) -> CliError {
+pub(super) fn failed(path: &Path, error: &SceneError) -> CliError {
     LoadError::whole_file(path, error.to_string())
         .with_kind(error.into())
         .into()

@@ -41,6 +41,7 @@ impl Poses {
             let shown = Shown {
                 images: false,
                 moment: Some(playback.moment(frame)),
+                ..Shown::default()
             };
             let mesh = load_shown(&plan.path, &mut Vec::new(), memory, shown)?;
             lights.get_or_insert(mesh.lights.clone());

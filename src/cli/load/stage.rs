@@ -32,6 +32,8 @@ pub struct Stage<'a> {
     pub up: DVec3,
     pub ground: bool,
     pub style: Style,
+    /// Whether clay keeps the mesh's colours.
+    pub is_colored: bool,
     /// Whether the mesh's own lights replace the style's.
     pub own_lights: bool,
     /// What the surroundings stand around instead of the mesh, with the same offset. Its lights decide how bright those of the
@@ -205,7 +207,7 @@ fn furnished(
         builder.set_smooth_shadows(true);
         builder.set_ambient_specular(true);
         ground_color = SOFT_GROUND;
-        if stage.style == Style::Clay {
+        if stage.style == Style::Clay && !stage.is_colored {
             loaded.paint(Surface::CLAY);
         }
         loaded.linearize();

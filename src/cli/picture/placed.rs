@@ -33,7 +33,7 @@ pub(super) fn loaded(parts: Vec<PlacedArrays>, name: &Path, memory: u64) -> Resu
     };
     let colors: Vec<[f32; 3]> = parts
         .iter()
-        .flat_map(|part| &part.mesh.face_colors)
+        .flat_map(|part| part.mesh.face_colors())
         .copied()
         .collect();
     if !colors.is_empty() {
@@ -46,7 +46,8 @@ pub(super) fn loaded(parts: Vec<PlacedArrays>, name: &Path, memory: u64) -> Resu
     mesh.shared = parts
         .into_iter()
         .map(|PlacedArrays { mesh, placements, .. }| {
-            let (columns, count) = (mesh.columns, mesh.face_colors.len());
+            let count = mesh.face_colors().len();
+            let columns = mesh.columns;
             let surface_of = if count > 0 {
                 painted.by_ref().take(count).collect()
             } else {

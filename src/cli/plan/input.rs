@@ -1,6 +1,6 @@
 //! A scene or a mesh to load, with its camera.
 
-use super::{Orbit, Playback};
+use super::{ColorBy, Orbit, Playback, Shading};
 use crate::{
     cli::CliError,
     error::clip_path,
@@ -125,6 +125,8 @@ pub struct MeshOptions {
     pub smooth_degrees: Option<f64>,
     /// Diameter of points and lines; by their spacing or size if `None`.
     pub point_size: Option<f32>,
+    /// Numbers that are shown instead of its colours.
+    pub color_by: ColorBy,
     /// The moment of an animation in which the mesh is shown.
     pub moment: Option<Moment>,
     /// How an animation is played; frame 1 is the `moment`.
@@ -253,12 +255,15 @@ pub const FOCUS: &str = "--focus";
 pub const FIT: &str = "--ortho fit";
 
 /// Further options that apply to meshes only.
-pub const FOR_MESHES: [&str; 9] = [
+pub const FOR_MESHES: [&str; 12] = [
     "--style",
     "--ground",
     "--up-axis",
     "--smooth-angle",
     "--point-size",
+    "--color-by",
+    "--color-map",
+    "--color-range",
     "--lit-from",
     "--environment",
     "--environment-rotate",
@@ -317,6 +322,7 @@ impl MeshOptions {
             ("--up-axis", self.up_axis.is_some()),
             ("--smooth-angle", self.smooth_degrees.is_some()),
             ("--point-size", self.point_size.is_some()),
+            ("--color-by", self.color_by.values != Shading::Own),
             (ANIMATION, self.moment.is_some()),
             ("--lit-from", self.lit_from.is_some()),
             ("--environment", self.environment.is_some()),

@@ -3,6 +3,7 @@
 //! This module does not know how options are spelled or parsed; later ones do not look at the arguments again.
 
 mod choice;
+mod color;
 mod defaults;
 mod input;
 mod job;
@@ -18,6 +19,7 @@ mod turntable;
 #[cfg(feature = "viewer")]
 pub use choice::ViewPlan;
 pub use choice::{BenchPlan, BenchScenes, Build, GeneratePlan, InfoPlan, JsonTarget, MergePlan, VerifyPlan};
+pub use color::{COLORS, ColorBy, ColorMap, Shading, color_of};
 pub use defaults::{ConfigDefault, explained, explained_plan};
 pub use input::{
     ANIMATION, CameraOptions, FIT, FOCUS, FOR_MESHES, InputKind, InputPlan, MeshOptions, Side, StartView,

@@ -7,11 +7,12 @@ use super::{
     lights::{LightInfo, lights},
     materials::{MaterialUse, materials_used},
     positions::Positions,
+    scalars::ScalarInfo,
 };
 use crate::{
     accel::BvhStats,
     error::{clip, in_bytes},
-    format::mesh::MeshAnimation,
+    format::mesh::{MeshAnimation, Scalar},
     scene::{Environment, EnvironmentPicture, Image, MeshFaults, Scene},
 };
 use serde::Serialize;
@@ -42,6 +43,8 @@ pub struct Info {
     moving_cameras: usize,
     /// The animations of a glTF file.
     animations: Vec<AnimationInfo>,
+    /// The numbers of vertices and faces of a PLY or glTF file.
+    scalars: Vec<ScalarInfo>,
     lights: usize,
     light_list: Vec<LightInfo>,
     materials: Vec<MaterialUse>,
@@ -131,6 +134,7 @@ impl Info {
             moving_instances: scene.moving_counts()[0],
             moving_cameras: scene.moving_counts()[1],
             animations: Vec::new(),
+            scalars: Vec::new(),
             lights: scene.lights().len(),
             light_list: lights(scene),
             materials: materials_used(scene),
@@ -178,6 +182,14 @@ impl Info {
     pub fn with_animations(self, animations: Vec<MeshAnimation>) -> Self {
         Self {
             animations: animations.into_iter().map(AnimationInfo::new).collect(),
+            ..self
+        }
+    }
+
+    /// With the numbers of a mesh's file.
+    pub(in crate::cli) fn with_scalars(self, scalars: Vec<Scalar>) -> Self {
+        Self {
+            scalars: scalars.into_iter().map(ScalarInfo::new).collect(),
             ..self
         }
     }
@@ -241,6 +253,7 @@ impl Info {
         line("background", self.background.text());
         some(&mut lines, "camera", &self.cameras, CameraInfo::text);
         some(&mut lines, "animation", &self.animations, AnimationInfo::text);
+        some(&mut lines, "scalar", &self.scalars, ScalarInfo::text);
         some(&mut lines, "includes", &self.includes, |path| clip(path));
         some(&mut lines, "note", &self.notes, |note| clip(note));
         let mut line = |name: &str, value: String| lines.push((name.to_owned(), value));

@@ -9,6 +9,7 @@ mod materials;
 mod message;
 mod positions;
 mod progress;
+mod scalars;
 mod stats;
 mod text;
 mod verdicts;

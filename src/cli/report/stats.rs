@@ -3,7 +3,7 @@
 use super::{AovReport, SCHEMA, faults_text, grouped};
 use crate::{
     accel::Bvh,
-    cli::load::faults::Faults,
+    cli::load::{Legend, faults::Faults},
     error::{clip, in_bytes},
     render::{FrameStats, Mode, Settings},
     scene::Scene,
@@ -40,6 +40,9 @@ pub struct RenderReport {
     memory_bytes: Memory,
     #[serde(skip_serializing_if = "Option::is_none")]
     aov: Option<AovReport>,
+    /// What the colours of a mesh mean.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    color_by: Option<Legend>,
 }
 
 #[derive(Debug, Serialize)]
@@ -153,12 +156,18 @@ impl RenderReport {
                 bvh: bvh.stats().memory_bytes,
             },
             aov: None,
+            color_by: None,
         }
     }
 
-    /// Adds the number of the frame and the report on AOVs.
-    pub fn with(self, frame: Option<u32>, aov: Option<AovReport>) -> Self {
-        Self { frame, aov, ..self }
+    /// Adds the number of the frame, the report on AOVs and what colours mean.
+    pub fn with(self, frame: Option<u32>, aov: Option<AovReport>, color_by: Option<Legend>) -> Self {
+        Self {
+            frame,
+            aov,
+            color_by,
+            ..self
+        }
     }
 
     /// A few lines of text.
@@ -229,6 +238,7 @@ impl RenderReport {
         let mut text = String::new();
         for (name, value) in lines
             .into_iter()
+            .chain(self.color_by.iter().map(|legend| ("colours", legend.text())))
             .chain(self.aov.iter().flat_map(AovReport::lines))
         {
             // Writing to a string cannot fail.

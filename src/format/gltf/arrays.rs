@@ -3,7 +3,11 @@
 use super::{Surface, buffers::Buffers, materials::display_value, morphs::Attribute, shapes::Shape};
 use crate::{
     error::{LoadError, SceneError},
-    format::{mesh::LINE_VERTICES, textures, vertices::add_position},
+    format::{
+        mesh::{LINE_VERTICES, channels},
+        textures,
+        vertices::add_position,
+    },
     scene::{Placing, TriangleMesh, is_usable},
 };
 use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
@@ -67,7 +71,8 @@ impl Arrays {
         let (base, more) = (self.columns.x.len(), shape.used_count());
         let (budget, columns) = (buffers.budget(), &mut self.columns);
         self.has_normals |= shape.normals.is_some();
-        self.has_colors |= shape.colors.is_some() || shape.tint.is_some();
+        let is_valued = buffers.scalars().is_named();
+        self.has_colors |= shape.colors.is_some() || shape.tint.is_some() || is_valued;
         self.has_uvs |= shape.uvs.is_some();
         self.has_tangents |= shape.tangents.is_some();
         let missing = |has: bool, length: usize| if has { base + more - length } else { 0 };
@@ -85,7 +90,11 @@ impl Arrays {
             .map_err(|error| buffers.no_room(error))?;
         let is_mirrored = self.positions(shape, world, buffers)?;
         self.normals(shape, base, world, buffers)?;
-        self.colors(shape, base, buffers)?;
+        if is_valued {
+            self.values(shape);
+        } else {
+            self.colors(shape, base, buffers)?;
+        }
         self.uvs(shape, base);
         self.tangents(shape, base, world, buffers)?;
         shape.add_lines(&mut self.lines, base as u32);
@@ -207,6 +216,13 @@ impl Arrays {
             columns.colors.resize(columns.x.len(), tint);
         }
         Ok(())
+    }
+
+    /// Adds the numbers of the vertices, in the place of colours. Missing ones are NaN.
+    fn values(&mut self, shape: &Shape<'_>) {
+        let values = shape.values.as_deref();
+        let value = |i| channels(values.map_or(f64::NAN, |values| values.value(i)));
+        self.columns.colors.extend(shape.used().map(value));
     }
 
     /// Adds the texture coordinates of the vertices from `base` on.
@@ -334,7 +350,7 @@ impl Room {
             }
             let has = [
                 shape.normals.is_some(),
-                shape.colors.is_some(),
+                shape.colors.is_some() || shape.values.is_some(),
                 shape.uvs.is_some(),
                 shape.tangents.is_some(),
             ];

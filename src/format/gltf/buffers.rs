@@ -9,6 +9,7 @@ use super::super::{
 use super::{
     compression::Compression,
     elements::{Elements, Part, Replacements, number, scale_of},
+    scalars::Scalars,
 };
 use crate::error::{LoadError, LoadErrorKind, quote};
 use base64::{Engine, prelude::BASE64_STANDARD};
@@ -48,6 +49,7 @@ pub(super) struct Buffers<'a> {
     read: HashMap<usize, Bytes<'a>>,
     files: HashMap<PathBuf, Bytes<'a>>,
     compression: &'a Compression<'a>,
+    scalars: Scalars<'a>,
     /// By the index of their view.
     decoded: HashMap<usize, Bytes<'a>>,
     /// How many bytes were decoded.
@@ -78,12 +80,26 @@ impl<'a> Buffers<'a> {
             read: HashMap::new(),
             files: HashMap::new(),
             compression,
+            scalars: Scalars::default(),
             decoded: HashMap::new(),
             decoded_size: 0,
             accessors: HashMap::new(),
             size,
             replaced: 0,
         }
+    }
+
+    /// With the numbers of vertices that are wanted.
+    pub(super) fn with_scalars(self, scalars: Scalars<'a>) -> Self {
+        Self { scalars, ..self }
+    }
+
+    pub(super) fn scalars(&self) -> &Scalars<'a> {
+        &self.scalars
+    }
+
+    pub(super) fn scalars_mut(&mut self) -> &mut Scalars<'a> {
+        &mut self.scalars
     }
 
     /// How many bytes the file and all buffers that were read have, each file once.

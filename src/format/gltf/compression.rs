@@ -177,21 +177,26 @@ impl<'d> Compression<'d> {
             .indices()
             .filter(|accessor| is_missing(accessor, buffers));
         let mut attributes = Vec::new();
-        for (semantic, accessor) in primitive.attributes() {
-            if !is_read(&semantic, primitive) || !is_missing(&accessor, buffers) {
+        let known = primitive.attributes();
+        let known = known.filter(|(semantic, _)| is_read(semantic, primitive));
+        let known = known.map(|(semantic, accessor)| (semantic.to_string(), accessor));
+        let own = buffers.scalars().of_primitive([mesh, index]);
+        for (name, accessor) in known.chain(own) {
+            if !is_missing(&accessor, buffers) {
                 continue;
             }
-            match draco.attributes.get(&semantic.to_string()) {
+            match draco.attributes.get(&name) {
                 Some(&id) => attributes.push((id, accessor)),
                 // Tangents that are zeros count as missing.
-                None if accessor.sparse().is_some() || semantic == Semantic::Tangents => {}
+                None if accessor.sparse().is_some() || name == "TANGENT" => {}
+                // Only their ranges are wanted.
+                None if name.starts_with('_') && !buffers.scalars().is_named() => {}
                 // Zeros would hide the mistake.
                 None => {
                     return Err(buffers.refused(format!(
                         "accessors[{}] has no buffer view, and the Draco data of meshes[{mesh}].primitives[{index}] has \
-                         no {}",
-                        accessor.index(),
-                        semantic.to_string()
+                         no {name}",
+                        accessor.index()
                     )));
                 }
             }

@@ -59,6 +59,17 @@ impl Elements<'_> {
         }
     }
 
+    /// The single number of element `i`, scaled as vectors.
+    pub(super) fn value(&self, i: usize) -> f64 {
+        let bytes = self.bytes(i);
+        if bytes.is_empty() {
+            return 0.0;
+        }
+        let value = number(self.kind, bytes);
+        self.scale
+            .map_or(value, |scale| (value / f64::from(scale)).max(-1.0))
+    }
+
     /// The numbers of the joints of vertex `i`.
     pub(super) fn joints(&self, i: usize) -> [usize; 4] {
         let mut joints = [0; 4];

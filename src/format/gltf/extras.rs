@@ -65,8 +65,8 @@ fn shown_meshes(root: &Root, hidden: &Hidden) -> Vec<bool> {
 }
 
 /// Lists what octray does not read of a file. Points and lines are read if it is a cloud, and of its animations one if it
-/// `is_animated`.
-pub(super) fn left_out(root: &Root, is_cloud: bool, is_animated: bool) -> LeftOut {
+/// `is_animated`. Unless it `shows_colors`, these are not missed.
+pub(super) fn left_out(root: &Root, is_cloud: bool, is_animated: bool, shows_colors: bool) -> LeftOut {
     let mut left_out = LeftOut::default();
     if !is_animated {
         left_out.count(root.animations.len(), "animation", "animations");
@@ -88,13 +88,14 @@ pub(super) fn left_out(root: &Root, is_cloud: bool, is_animated: bool) -> LeftOu
         "primitive without positions",
         "primitives without positions",
     );
-    if primitives().any(|p| has(p, |semantic| matches!(semantic, Semantic::Colors(1..)))) {
+    let shown = || primitives().filter(|_| shows_colors);
+    if shown().any(|p| has(p, |semantic| matches!(semantic, Semantic::Colors(1..)))) {
         left_out.add("more vertex colours");
     }
-    if primitives().any(|p| has_vertex_alpha(root, p)) {
+    if shown().any(|p| has_vertex_alpha(root, p)) {
         left_out.add("vertex alpha");
     }
-    if primitives().any(|p| p.attributes.contains_key(&Checked::Invalid)) {
+    if shown().any(|p| p.attributes.contains_key(&Checked::Invalid)) {
         left_out.add("custom attributes of vertices");
     }
     left_out.count(root.scenes.len().saturating_sub(1), "other scene", "other scenes");

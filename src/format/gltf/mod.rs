@@ -23,6 +23,7 @@ mod materials;
 mod morphs;
 mod nodes;
 mod normal_maps;
+mod scalars;
 mod shapes;
 mod sharing;
 mod skins;
@@ -86,7 +87,8 @@ pub(super) fn parse(
     let hidden = visibility::Hidden::of(json);
     let is_cloud = extras::is_cloud(&root, &hidden);
     let moment = budget.moment();
-    let mut left_out = extras::left_out(&root, is_cloud, moment.is_some());
+    let shows_colors = budget.scalars().shows_colors();
+    let mut left_out = extras::left_out(&root, is_cloud, moment.is_some(), shows_colors);
     let listed = animations::listed(&root);
     let names = listed
         .iter()
@@ -111,7 +113,9 @@ pub(super) fn parse(
         "material below its alpha cutoff",
         "materials below their alpha cutoffs",
     );
+    let scalars = scalars::Scalars::of(json, path, &document, budget.scalars())?;
     let mut buffers = Buffers::new(path, bytes.len(), blob, open, &compression, budget);
+    buffers = buffers.with_scalars(scalars);
     let pose = animations::AnimatedPose::at(
         moment,
         (&animations, &listed),
@@ -145,6 +149,7 @@ pub(super) fn parse(
     mesh.leave_out_unusable(unusable, path, budget)?;
     mesh.texture_files = texture_files;
     mesh.animations = listed;
+    mesh.scalars.listed = buffers.scalars().listed();
     let used = used_surfaces(&mesh);
     let surfaces = (&mut mesh.surfaces[..], &used[..], &highlights[..]);
     mesh.images = images::read(&sources, &document, &mut buffers, surfaces, &mut mesh.notes);

@@ -36,6 +36,8 @@ pub(super) struct Shape<'a> {
     pub(super) tangents: Option<Rc<Elements<'a>>>,
     /// As many as positions.
     pub(super) colors: Option<Rc<Elements<'a>>>,
+    /// What is shown instead, as many as positions; `None` if nothing is, or the primitive has no such numbers.
+    pub(super) values: Option<Rc<Elements<'a>>>,
     /// The factor of the colours of points and lines, display values.
     pub(super) tint: Option<[f32; 3]>,
     /// Whether the material shows a texture.
@@ -128,13 +130,15 @@ impl<'a> Shape<'a> {
             Some(normals) => Some(buffers.vectors(&normals)?),
             None => None,
         };
-        let colors = match primitive.get(&Semantic::Colors(0)) {
+        let values = buffers.values([mesh, primitive.index()])?;
+        let shows_colors = buffers.scalars().shows_colors();
+        let colors = match primitive.get(&Semantic::Colors(0)).filter(|_| shows_colors) {
             Some(colors) => Some(buffers.colors(&colors)?),
             None => None,
         };
         let material = primitive.material().index();
         let tint = material.and_then(|i| Some(materials.get(i)?.surface.diffuse));
-        let tint = tint.filter(|_| is_of_cloud(primitive.mode()));
+        let tint = tint.filter(|_| shows_colors && is_of_cloud(primitive.mode()));
         let placement = material.and_then(|i| materials.get(i)?.placement);
         let uvs = placement.and_then(|placement| {
             let accessor = primitive.get(&Semantic::TexCoords(placement.set))?;
@@ -148,6 +152,9 @@ impl<'a> Shape<'a> {
         let tangents = tangents.filter(|tangents| tangents.count == positions.count && uvs.is_some());
         if let Some(colors) = &colors {
             check_count(colors, ["colour", "colours"], &positions, buffers)?;
+        }
+        if let Some(values) = &values {
+            check_count(values, ["number", "numbers"], &positions, buffers)?;
         }
         let uv_set = uvs.as_ref().map(|(_, placement)| placement.set);
         let (index, targets) = ([mesh, primitive.index()], pose.targets);
@@ -173,6 +180,7 @@ impl<'a> Shape<'a> {
             normals: normals.filter(|normals| normals.count == positions.count),
             tangents,
             colors,
+            values,
             positions,
             differences,
             skinning,

@@ -10,7 +10,7 @@
 
 use super::{
     super::{budget::Budget, offset::Offset},
-    LoadedMesh, stray,
+    LoadedMesh, Scalars, stray,
 };
 use crate::{
     error::{LoadError, clip_path},
@@ -81,6 +81,7 @@ pub(in crate::format) fn read(
     // Its surfaces, images and notes stay; its arrays are freed before others are made.
     first.columns = TriangleMesh::default();
     (first.shared, first.surface_of, first.cloud) = Default::default();
+    first.scalars = Scalars::default();
     budget.give_back_to(before);
     let images = first.images.iter().map(|image| Image::bytes(image.size()));
     // They were within the budget.

@@ -19,7 +19,7 @@ use super::{
         source::Opened,
         stl,
     },
-    LoadedMesh, MeshFormat, Moment, Sharing, far,
+    LoadedMesh, MeshFormat, Moment, Sharing, far, scalars,
 };
 #[cfg(feature = "cli")]
 use super::{MeshAnimation, Shown};
@@ -74,8 +74,9 @@ pub(crate) fn load_shown(
     shown: Shown,
 ) -> Result<LoadedMesh, LoadError> {
     let budget = Budget::new(limits)
-        .with_sharing(Sharing::WherePays)
-        .with_moment(shown.moment);
+        .with_sharing(shown.sharing())
+        .with_moment(shown.moment)
+        .with_scalars(shown.scalars);
     budget.set_wants_images(shown.images);
     load_budgeted(path, asked, &budget)
 }
@@ -132,6 +133,7 @@ pub(in crate::format) fn read(
     if let Some(format) = format {
         check_name(format, path, head)?;
         check_moment(format, path, budget)?;
+        check_scalar(format, path, budget)?;
     }
     match format {
         Some(MeshFormat::Ply) => return ply::read(opened, path, Some(open), budget),
@@ -259,6 +261,16 @@ fn check_moment(format: MeshFormat, path: &Path, budget: &Budget) -> Result<(), 
     Err(LoadError::whole_file(path, why).with_kind(LoadErrorKind::Absent))
 }
 
+/// Refuses numbers by name in a file whose format has none.
+fn check_scalar(format: MeshFormat, path: &Path, budget: &Budget) -> Result<(), LoadError> {
+    match budget.scalars().name() {
+        Some(name) if !matches!(format, MeshFormat::Ply | MeshFormat::Gltf) => {
+            Err(scalars::absent(name, &[]).of_file(path))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// As [`parse`], for a known format. The bytes are already taken from the budget.
 pub(in crate::format) fn parse_as(
     format: MeshFormat,
@@ -271,6 +283,7 @@ pub(in crate::format) fn parse_as(
         return Err(LoadError::whole_file(path, LFS_POINTER));
     }
     check_moment(format, path, budget)?;
+    check_scalar(format, path, budget)?;
     match format {
         MeshFormat::Ply => ply::parse_mesh(bytes, path, Some(open), budget),
         MeshFormat::Obj => obj::parse(bytes, path, open, budget),

@@ -8,6 +8,7 @@ mod cloud;
 mod far;
 mod lights;
 mod load;
+pub(super) mod scalars;
 mod scene;
 mod shared;
 mod stray;
@@ -28,6 +29,11 @@ pub(crate) use lights::{exposed, sphere_around};
 pub(crate) use load::{animations, load_shown};
 pub use load::{load, load_posed, load_shared, load_within, parse, parse_posed, parse_shared, parse_within};
 pub(super) use load::{parse_as, read};
+#[doc(hidden)]
+pub use scalars::Scalars;
+#[cfg(feature = "cli")]
+pub(crate) use scalars::value_of;
+pub(crate) use scalars::{Owner, Range, Scalar, Wanted, channels};
 pub(super) use scene::add_columns;
 pub use shared::{SharedMesh, Sharing};
 #[cfg(feature = "gltf")]
@@ -78,6 +84,9 @@ pub struct LoadedMesh {
     pub notes: Vec<String>,
     /// The files of textures that the mesh names, read or not.
     pub texture_files: Vec<PathBuf>,
+    /// Numbers that only octray's program asks for.
+    #[doc(hidden)]
+    pub scalars: Scalars,
 }
 
 /// What a command shows of a mesh.
@@ -88,6 +97,20 @@ pub(crate) struct Shown {
     pub images: bool,
     /// The pose of an animation instead of the stored one.
     pub moment: Option<Moment>,
+    /// Numbers instead of its colours.
+    pub scalars: Wanted,
+}
+
+#[cfg(feature = "cli")]
+impl Shown {
+    /// What becomes of parts that are placed several times: coordinates differ from place to place.
+    pub(super) fn sharing(&self) -> Sharing {
+        if self.scalars == Wanted::Coordinates {
+            Sharing::Never
+        } else {
+            Sharing::WherePays
+        }
+    }
 }
 
 /// The first bytes of a ZIP archive. Of the formats that octray reads, only 3MF is one.

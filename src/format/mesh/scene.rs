@@ -12,13 +12,21 @@ use rayon::prelude::*;
 impl LoadedMesh {
     /// Gives all of the mesh one surface, and no other colours.
     pub fn paint(&mut self, surface: Surface) {
+        self.show_only_colors(surface);
+        self.leave_out_colors();
+    }
+
+    /// Gives all of the mesh one surface, and no other colours but those of its vertices.
+    pub(crate) fn show_only_colors(&mut self, surface: Surface) {
         self.surfaces = vec![surface];
         self.surface_of = Vec::new();
         for part in &mut self.shared {
             part.surface_of = Vec::new();
         }
-        self.leave_out_colors();
         self.images = Vec::new();
+        for columns in self.arrays_mut() {
+            (columns.uvs, columns.tangents) = Default::default();
+        }
     }
 
     fn leave_out_colors(&mut self) {

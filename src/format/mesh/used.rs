@@ -146,9 +146,10 @@ impl LoadedMesh {
             budget.give_back(usable.capacity());
             return Ok(dropped);
         }
-        let mut dropped = drop_triangles(&mut self.columns, &mut self.surface_of, budget)?;
+        let of_faces = &mut self.scalars.of_faces;
+        let mut dropped = drop_triangles(&mut self.columns, &mut self.surface_of, of_faces, budget)?;
         for part in &mut self.shared {
-            dropped += drop_triangles(&mut part.columns, &mut part.surface_of, budget)?;
+            dropped += drop_triangles(&mut part.columns, &mut part.surface_of, &mut Vec::new(), budget)?;
         }
         self.shared.retain(|part| !part.columns.triangles.is_empty());
         Ok(dropped)
@@ -204,6 +205,7 @@ fn is_in(usable: &[bool], vertex: u32) -> bool {
 fn drop_triangles(
     columns: &mut TriangleMesh,
     surface_of: &mut Vec<u32>,
+    values: &mut Vec<f64>,
     budget: &Budget,
 ) -> Result<usize, BudgetError> {
     let usable = usable_vertices(columns, budget)?;
@@ -212,6 +214,8 @@ fn drop_triangles(
     let before = triangles.len();
     let mut all = triangles.iter();
     surface_of.retain(|_| all.next().is_none_or(stays));
+    let mut all = triangles.iter();
+    values.retain(|_| all.next().is_none_or(stays));
     triangles.retain(stays);
     let dropped = before - triangles.len();
     budget.give_back(usable.capacity());

@@ -8,6 +8,40 @@ use super::{
 use crate::{error::quote, format::left_out::LeftOut};
 use serde_ply::ScalarType;
 
+/// Names of channels of colours.
+const COLORS: [&str; 11] = [
+    "red",
+    "green",
+    "blue",
+    "alpha",
+    "diffuse_red",
+    "diffuse_green",
+    "diffuse_blue",
+    "r",
+    "g",
+    "b",
+    "a",
+];
+
+/// Names of what places textures.
+const COORDINATES: [&str; 10] = [
+    "s",
+    "t",
+    "u",
+    "v",
+    "texture_u",
+    "texture_v",
+    "texture_s",
+    "texture_t",
+    "texcoord",
+    "texnumber",
+];
+
+/// Whether a property of this name is part of a colour, or places a texture.
+pub(super) fn is_color_or_coordinate(name: &str) -> bool {
+    COLORS.contains(&name) || COORDINATES.contains(&name)
+}
+
 impl Header {
     /// Reads what programs write into comments: `comment up z`, and MeshLab's `comment TextureFile NAME`.
     pub(super) fn read_comments(&mut self, text: &str) {
@@ -184,14 +218,17 @@ impl Header {
         if let Some(word) = &self.odd_up {
             left_out.add(&format!("a comment that {word} is up, which is no axis"));
         }
-        if !self.textures.is_empty() && !self.shows_textures() {
+        if !self.textures.is_empty() && !self.shows_textures() && !self.shows_numbers {
             left_out.add("textures");
         }
         left_out
     }
 
-    /// Adds the properties of an element that are skipped.
+    /// Adds the properties of an element that are skipped, unless all make way for numbers.
     fn add_properties(&self, element: &Element, noun: &str, left_out: &mut LeftOut) {
+        if self.shows_numbers {
+            return;
+        }
         let is_left_out = |step: &Step| matches!(step, Step::Skip(_) | Step::SkipList { .. });
         let names = element.steps.iter().zip(&element.property_names);
         let (mut others, mut is_splat) = (Vec::new(), false);
@@ -200,13 +237,11 @@ impl Header {
                 name if self.has_splats() && is_of_splat(name) => is_splat = true,
                 // Where all are opaque, nothing is lost.
                 "alpha" | "a" if element.keeps(COLOR_SLOT) => {}
-                "red" | "green" | "blue" | "alpha" | "diffuse_red" | "diffuse_green" | "diffuse_blue"
-                | "r" | "g" | "b" | "a" => {
+                name if COLORS.contains(&name) => {
                     let more = if element.keeps(COLOR_SLOT) { "more " } else { "" };
                     left_out.add(&format!("{more}{noun} colours"));
                 }
-                "s" | "t" | "u" | "v" | "texture_u" | "texture_v" | "texture_s" | "texture_t"
-                | "texcoord" | "texnumber" => {
+                name if COORDINATES.contains(&name) => {
                     // MeshLab writes those of corners and those of vertices, which are the same where they can be.
                     if !(self.has_corner_uvs && element.role == Role::Vertex) {
                         let more = if self.shows_textures() { "more " } else { "" };

@@ -4,7 +4,7 @@ use super::{fault::Fault, painted::Paint};
 use crate::{
     format::{
         budget::{Budget, BudgetError},
-        mesh::Unusable,
+        mesh::{Scalars, Unusable},
         polygon::Fans,
     },
     scene::is_usable,
@@ -21,6 +21,8 @@ pub(super) struct Faces<'a> {
     pub(super) paint: Paint,
     /// How many faces have fewer than three corners; they are left out.
     pub(super) small: usize,
+    /// Numbers that are shown instead of colours.
+    pub(super) values: Scalars,
     /// Vertices that are not usable.
     pub(super) unusable: Unusable<Fault>,
     /// How many normals are not usable.
@@ -57,6 +59,7 @@ impl<'a> Faces<'a> {
             fans: Fans::default(),
             paint: Paint::default(),
             small: 0,
+            values: Scalars::default(),
             unusable: Unusable::default(),
             odd_normals: 0,
             translucent: Translucent::default(),

@@ -39,7 +39,11 @@ pub(super) fn finish(
     if header.has_splats() {
         splat_colors(&mut columns.colors);
     }
-    let clamped = clamp_colors(&mut columns.colors);
+    let clamped = if header.valued.is_none() {
+        clamp_colors(&mut columns.colors)
+    } else {
+        0
+    };
     let mut notes: Vec<String> = clamped_note(clamped, path).into_iter().collect();
     let mut texture_files = Vec::new();
     for name in &header.textures {
@@ -52,6 +56,7 @@ pub(super) fn finish(
         lines,
         fans,
         mut paint,
+        values,
         ..
     } = faces;
     if images.is_empty() && budget.wants_images() {
@@ -81,6 +86,7 @@ pub(super) fn finish(
         },
         notes,
         texture_files,
+        scalars: values,
         ..LoadedMesh::default()
     })
 }

@@ -7,10 +7,10 @@ use super::{
     fault::Fault,
     header::{Element, Header, Role, Step, color_scale},
     rows::zeroed,
-    slots::{COLOR_SLOT, SLOTS, UV_SLOT},
+    slots::{COLOR_SLOT, SLOTS, UV_SLOT, VALUE_SLOT},
 };
 use crate::{
-    format::{budget::Budget, offset::Offset, polygon::Fans, source::Pieces},
+    format::{budget::Budget, mesh::channels, offset::Offset, polygon::Fans, source::Pieces},
     scene::{TriangleMesh, is_usable},
 };
 use glam::Vec3;
@@ -75,6 +75,8 @@ struct VertexLayout {
     normal: Option<[Part; 3]>,
     color: Option<[Part; 3]>,
     uv: Option<[Part; 2]>,
+    /// What is shown instead of colours.
+    value: Option<Part>,
     /// That of the colours; only whether it is less than 1 matters.
     alpha: Option<Part>,
 }
@@ -83,13 +85,20 @@ impl VertexLayout {
     /// `None` if the records differ in size.
     fn of(element: &Element) -> Option<Self> {
         let mut parts: [Option<Part>; SLOTS] = [None; SLOTS];
-        let (mut offset, mut alpha) = (0, None);
+        let (mut offset, mut alpha, mut value) = (0, None, None);
         let alpha_i = element.alpha();
         for (i, step) in element.steps.iter().enumerate() {
             if let Step::Keep { slot, scalar } = *step
                 && let Some(part) = parts.get_mut(slot)
             {
                 *part = Some((offset, scalar));
+            }
+            if let Step::Keep {
+                slot: VALUE_SLOT,
+                scalar,
+            } = *step
+            {
+                value = Some((offset, scalar));
             }
             if let Step::Skip(scalar) = *step
                 && alpha_i == Some(i)
@@ -111,6 +120,7 @@ impl VertexLayout {
                 Some(&[Some(u), Some(v)]) => Some([u, v]),
                 _ => None,
             },
+            value,
             alpha,
         })
     }
@@ -134,6 +144,7 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
         normal,
         color,
         uv,
+        value,
         alpha,
     } = layout;
     let (is_translucent, offset) = (AtomicBool::new(false), faces.budget.offset());
@@ -142,7 +153,7 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
     }
     let has = Attributes {
         normals: normal.is_some(),
-        colors: color.is_some(),
+        colors: color.is_some() || value.is_some(),
         uvs: uv.is_some(),
     };
     let mut columns = VertexColumns::zeroed(element, has, faces.budget)?;
@@ -173,6 +184,12 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
             });
             let colors_too =
                 color.is_none_or(|color| read_colors::<BIG_ENDIAN>(records, stride, color, piece.colors));
+            if let Some(value) = value {
+                let records = records.chunks_exact(stride);
+                for (to, record) in piece.colors.iter_mut().zip(records) {
+                    *to = channels(double::<BIG_ENDIAN>(record, value));
+                }
+            }
             let uvs_too = uv.is_none_or(|uv| read_uvs::<BIG_ENDIAN>(records, stride, uv, piece.uvs));
             if alpha.is_some_and(|alpha| !is_opaque::<BIG_ENDIAN>(records, stride, alpha)) {
                 is_translucent.store(true, Ordering::Relaxed);

@@ -9,7 +9,7 @@ use crate::{
     format::{
         foreign,
         left_out::counted,
-        mesh::UpAxis,
+        mesh::{Owner, UpAxis},
         place::{LFS_POINTER, LONE_RETURNS, after_mark, is_lfs_pointer, is_utf16},
     },
 };
@@ -48,6 +48,10 @@ pub(super) struct Header {
     pub(super) has_texture_numbers: bool,
     /// Whether faces have colours.
     pub(super) has_face_colors: bool,
+    /// Whether numbers or coordinates are shown instead of colours.
+    pub(super) shows_numbers: bool,
+    /// What has the numbers, if they are asked for by name.
+    pub(super) valued: Option<Owner>,
 }
 
 /// What an element's records become.
@@ -80,7 +84,8 @@ pub(super) struct Element {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
     /// Keep a number: slots 0 to 2 are the position, 3 to 5 the normal, 6 to 8 the colour, 9 and 10 the texture
-    /// coordinates. Faces have only colours, edges only the vertices at their ends, 0 and 1.
+    /// coordinates, and [`VALUE_SLOT`] what is shown instead of colours. Faces have only colours or that, edges only the
+    /// vertices at their ends, 0 and 1.
     Keep { slot: usize, scalar: ScalarType },
     /// Make triangles of a list of vertex indices.
     Indices { count: ScalarType, item: ScalarType },
@@ -179,6 +184,8 @@ impl Header {
             has_corner_uvs: false,
             has_texture_numbers: false,
             has_face_colors: false,
+            shows_numbers: false,
+            valued: None,
         };
         header.read_comments(&text);
         for (i, definition) in parsed.elem_defs.iter().enumerate() {

@@ -8,10 +8,10 @@ use super::{
     fault::Fault,
     header::{Element, Step, color_scale},
     rows::{reserve, zeroed},
-    slots::{COLOR_SLOT, NORMAL_SLOT, SLOTS, UV_SLOT},
+    slots::{COLOR_SLOT, NORMAL_SLOT, SLOTS, UV_SLOT, VALUE_SLOT},
 };
 use crate::{
-    format::{budget::Budget, offset::Offset},
+    format::{budget::Budget, mesh::channels, offset::Offset},
     scene::{TriangleMesh, is_usable},
 };
 use glam::Vec3;
@@ -41,13 +41,14 @@ pub(super) fn vertices(
         _ => None,
     });
     let is_translucent = AtomicBool::new(false);
+    let is_valued = slots.contains(&VALUE_SLOT);
     let scales = color_scales(element);
     let (Some(blocks), Some(_)) = (first_lines(text.rest(), count), element.stride()) else {
         return Ok(false);
     };
     let has = Attributes {
         normals: slots.contains(&3),
-        colors: slots.contains(&COLOR_SLOT),
+        colors: slots.contains(&COLOR_SLOT) || is_valued,
         uvs: slots.contains(&UV_SLOT),
     };
     let mut columns = VertexColumns::zeroed(element, has, faces.budget)?;
@@ -55,8 +56,9 @@ pub(super) fn vertices(
     let parts: Vec<_> = blocks.iter().map(|block| block.text).zip(pieces).collect();
     let read = parts.into_par_iter().try_for_each(|(mut rest, piece)| {
         for (i, ((x, y), z)) in piece.x.iter_mut().zip(piece.y).zip(piece.z).enumerate() {
+            let mut value = f64::NAN;
             let [px, py, pz, nx, ny, nz, red, green, blue, u, v, _, alpha] =
-                vertex(&mut rest, &slots, offset)?;
+                vertex(&mut rest, &slots, offset, &mut value)?;
             if opaque.is_some_and(|opaque| alpha != opaque) {
                 is_translucent.store(true, Ordering::Relaxed);
             }
@@ -66,7 +68,11 @@ pub(super) fn vertices(
             }
             if let Some(color) = piece.colors.get_mut(i) {
                 let [of_red, of_green, of_blue] = scales;
-                *color = [red / of_red, green / of_green, blue / of_blue];
+                *color = if is_valued {
+                    channels(value)
+                } else {
+                    [red / of_red, green / of_green, blue / of_blue]
+                };
             }
             if let Some(uv) = piece.uvs.get_mut(i) {
                 *uv = upper_left([u, v])?;
@@ -222,13 +228,16 @@ const SKIPPED: usize = SLOTS;
 /// That of alpha.
 const ALPHA: usize = SLOTS + 1;
 
-/// Reads a line that holds one vertex and nothing else; returns its numbers by slot.
+/// Reads a line that holds one vertex and nothing else; returns its numbers by slot. That of [`VALUE_SLOT`] goes to `shown`.
 #[inline]
-fn vertex(rest: &mut &[u8], slots: &[usize], offset: Offset) -> Option<[f32; ALPHA + 1]> {
+fn vertex(rest: &mut &[u8], slots: &[usize], offset: Offset, shown: &mut f64) -> Option<[f32; ALPHA + 1]> {
     let mut kept = [0.0; ALPHA + 1];
     for &slot in slots {
         let value = if slot < NORMAL_SLOT && !offset.is_none() {
             offset.relative(slot, number(rest)?)
+        } else if slot == VALUE_SLOT {
+            *shown = number(rest)?;
+            continue;
         } else {
             number(rest)?
         };

@@ -30,6 +30,7 @@ mod lines;
 mod painted;
 mod rows;
 mod slots;
+mod values;
 
 #[cfg(feature = "cli")]
 pub(crate) use finish::paint_triangles;
@@ -38,7 +39,7 @@ use super::{
     OpenMesh,
     budget::Budget,
     files,
-    mesh::{LoadedMesh, Unusable},
+    mesh::{LoadedMesh, Unusable, Wanted},
     source::{OpenFile, Opened, Pieces},
 };
 use crate::{error::LoadError, scene::TriangleMesh};
@@ -122,6 +123,26 @@ struct Read<'b> {
     unusable: Unusable<LoadError>,
 }
 
+/// The header at the start of `bytes`, of a file of `length` bytes, without what is not read.
+fn read_header(
+    (bytes, length): (&[u8], usize),
+    shows_colors: bool,
+    budget: &Budget,
+) -> Result<Header, Fault> {
+    let mut header = Header::parse(bytes, length)?;
+    header.shows_numbers = !budget.scalars().shows_colors();
+    if !shows_colors || header.shows_numbers {
+        header.skip_colors();
+    }
+    if let Some(name) = budget.scalars().name() {
+        header.keep_value(name)?;
+    }
+    if is_single(&header) {
+        budget.add_single_reach(f32::MAX);
+    }
+    Ok(header)
+}
+
 fn read_values<'b>(
     bytes: &[u8],
     name: &Path,
@@ -129,13 +150,7 @@ fn read_values<'b>(
     budget: &'b Budget,
 ) -> Result<Read<'b>, LoadError> {
     let error = |fault: Fault| fault_to_error(bytes, &Arc::new(name.to_path_buf()), &fault);
-    let mut header = Header::parse(bytes, bytes.len()).map_err(error)?;
-    if !shows_colors {
-        header.skip_colors();
-    }
-    if is_single(&header) {
-        budget.add_single_reach(f32::MAX);
-    }
+    let header = read_header((bytes, bytes.len()), shows_colors, budget).map_err(error)?;
     let read = match header.format {
         PlyFormat::Ascii => rows::read_all(&header, &mut Text::new(bytes, header.body), budget),
         PlyFormat::BinaryLittleEndian => {
@@ -146,6 +161,9 @@ fn read_values<'b>(
         }
     };
     let (vertices, mut faces) = read.map_err(error)?;
+    if *budget.scalars() == Wanted::Ranges {
+        faces.values.listed = header.ranges(bytes);
+    }
     Ok(Read {
         header,
         vertices,
@@ -172,12 +190,9 @@ fn read_pieces<'b>(
         return Ok(None);
     }
     let error = |fault: Fault| fault_to_error(head, &Arc::new(name.to_path_buf()), &fault);
-    let mut header = Header::parse(head, file.length()).map_err(error)?;
-    if !shows_colors {
-        header.skip_colors();
-    }
-    if is_single(&header) {
-        budget.add_single_reach(f32::MAX);
+    let header = read_header((head, file.length()), shows_colors, budget).map_err(error)?;
+    if *budget.scalars() == Wanted::Ranges && header.has_scalars() {
+        return Ok(None);
     }
     let read = match header.format {
         PlyFormat::Ascii => Ok(None),

@@ -6,11 +6,12 @@ use super::{
     fault::Fault,
     header::{Element, Header, Step, color_scale},
     rows::{Values, Wrong, end_record, list_length, read_corners, skip, uv_number},
-    slots::COLOR_SLOT,
+    slots::{COLOR_SLOT, VALUE_SLOT},
 };
 use crate::{
     format::{
         budget::{Budget, BudgetError},
+        mesh::Owner,
         vertices::NONE,
     },
     scene::MAX_MATERIALS,
@@ -76,6 +77,8 @@ struct Face {
     is_incomplete: bool,
     texture: Option<u32>,
     color: [f32; 3],
+    /// What is shown instead.
+    value: f64,
 }
 
 /// Reads faces and what they show.
@@ -113,6 +116,10 @@ pub(super) fn read_faces<V: Values>(
                     let length = list_length(count, item, values, &at)?;
                     faces.odd_uvs += face.read_uvs(length, item, values, &at, budget)?;
                 }
+                Step::Keep {
+                    slot: VALUE_SLOT,
+                    scalar,
+                } => face.value = values.double(scalar).map_err(|wrong| at.wrong(values, wrong))?,
                 Step::TextureNumber(scalar) => face.texture = texture_number(scalar, values, &at)?,
                 Step::Keep { slot, scalar } => {
                     let value = values.real(scalar).map_err(|wrong| at.wrong(values, wrong))?;
@@ -191,6 +198,9 @@ impl Faces<'_> {
             return Ok(());
         }
         self.paint_plain(start, header)?;
+        if header.valued == Some(Owner::Faces) {
+            return self.add_value(face.value, end);
+        }
         let (paint, budget) = (&mut self.paint, self.budget);
         let mut texture = header.shows_textures().then_some(0);
         if header.has_texture_numbers {
@@ -223,8 +233,19 @@ impl Faces<'_> {
         paint.add(Look { color, texture }, end, budget)
     }
 
+    /// Gives a number to the triangles before `end` that have none yet.
+    fn add_value(&mut self, value: f64, end: usize) -> Result<(), BudgetError> {
+        let values = &mut self.values.of_faces;
+        self.budget.reserve(values, end - values.len())?;
+        values.resize(end, value);
+        Ok(())
+    }
+
     /// Paints the triangles before `end` that are not painted yet: strips, and faces without colours.
     pub(super) fn paint_plain(&mut self, end: usize, header: &Header) -> Result<(), BudgetError> {
+        if header.valued == Some(Owner::Faces) {
+            return self.add_value(f64::NAN, end);
+        }
         let (paint, budget) = (&mut self.paint, self.budget);
         let missing = end - paint.look_of.len();
         if missing == 0 || !(header.shows_textures() || header.has_face_colors) {

@@ -6,13 +6,13 @@ use super::{
     fault::{Fault, Place},
     header::{Element, Header, Role, Step, color_scale},
     painted,
-    slots::{COLOR_SLOT, NORMAL_SLOT, SLOTS, UV_SLOT},
+    slots::{COLOR_SLOT, NORMAL_SLOT, SLOTS, UV_SLOT, VALUE_SLOT},
 };
 use crate::{
     error::{LoadErrorKind, quote},
     format::{
         budget::{Budget, BudgetError},
-        mesh::{Unusable, usable_normal},
+        mesh::{Owner, Unusable, channels, usable_normal},
         offset::Offset,
     },
     scene::{TriangleMesh, is_usable},
@@ -125,7 +125,7 @@ fn read_vertices<V: Values>(
     let (alpha, offset) = (element.alpha(), budget.offset());
     for record in 1..=element.count {
         let start = values.begin_record();
-        let mut kept = [0.0; SLOTS];
+        let (mut kept, mut value) = ([0.0; SLOTS], f64::NAN);
         for (step_i, step) in element.steps.iter().enumerate() {
             let at = At {
                 element,
@@ -134,6 +134,10 @@ fn read_vertices<V: Values>(
                 record,
             };
             match *step {
+                Step::Keep {
+                    slot: VALUE_SLOT,
+                    scalar,
+                } => value = values.double(scalar).map_err(|wrong| at.wrong(values, wrong))?,
                 Step::Keep { slot, scalar } => {
                     if let Some(kept) = kept.get_mut(slot) {
                         *kept = vertex_number((slot, offset), scalar, values, &at, &mut faces.unusable)?;
@@ -165,6 +169,8 @@ fn read_vertices<V: Values>(
         }
         if header.has_colors {
             mesh.colors.push([red, green, blue]);
+        } else if header.valued == Some(Owner::Vertices) {
+            mesh.colors.push(channels(value));
         }
         if header.has_uvs {
             let uv = upper_left([u, v]);
@@ -220,7 +226,7 @@ fn reserve_vertices(
     if header.has_normals {
         reserve(&mut mesh.normals, element.count, element, budget)?;
     }
-    if header.has_colors {
+    if header.has_colors || header.valued == Some(Owner::Vertices) {
         reserve(&mut mesh.colors, element.count, element, budget)?;
     }
     if header.has_uvs {
@@ -275,7 +281,7 @@ fn reserve_faces<V: Values>(element: &Element, values: &V, faces: &mut Faces<'_>
 }
 
 /// Visits every property of every record of an element.
-fn for_each_property<V: Values>(
+pub(super) fn for_each_property<V: Values>(
     element: &Element,
     values: &mut V,
     mut read: impl FnMut(&mut V, &Step, &At<'_>) -> Result<(), Fault>,

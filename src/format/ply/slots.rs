@@ -11,6 +11,8 @@ pub(super) const NORMAL_SLOT: usize = 3;
 pub(super) const COLOR_SLOT: usize = 6;
 /// The slot of the first texture coordinate; the second follows.
 pub(super) const UV_SLOT: usize = 9;
+/// The slot of a number that is shown as a colour; it is not with the others, since it may have more digits.
+pub(super) const VALUE_SLOT: usize = usize::MAX;
 /// The names of the first slots.
 pub(super) const VERTEX_SLOTS: [&str; COLOR_SLOT] = ["x", "y", "z", "nx", "ny", "nz"];
 /// Names of the channels of a colour. A file's first complete set is used.

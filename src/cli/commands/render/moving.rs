@@ -5,7 +5,7 @@ use crate::{
     accel::{BuildQuality, Bvh},
     cli::{
         CliError,
-        load::{self, Input, Poses, Rig, memory},
+        load::{self, Input, Legend, Poses, Rig, memory},
         plan::{InputKind, Job, NOT_PLAYED_FROM_STANDARD_INPUT, Turn},
     },
     scene::{Camera, Scene, SceneBuilder, View},
@@ -19,6 +19,8 @@ pub struct SceneAtTime {
     pub camera: Camera,
     /// Lights that turn with the camera.
     pub rig: Option<Rig>,
+    /// What the colours of a mesh mean.
+    pub legend: Option<Legend>,
     /// The poses of a mesh that is played: each frame is loaded again.
     pub poses: Option<Poses>,
     /// How the BVH of each frame is built.
