@@ -80,13 +80,15 @@ def camera_rays(
 
 def solid(name: str, source: Mesh | Scene, purpose: str) -> Any:
     """Return a mesh, or a scene with its meshes and the mesh of each instance, for the native code."""
+    native: Any
     if isinstance(source, Mesh):
-        count, native = source._mesh.counts[1], source._mesh
+        native, has_triangles = source._mesh, source._mesh.counts[1] > 0
     else:
         meshes = [mesh._mesh for mesh in source._meshes]
         counts = np.array([mesh.counts[1] for mesh in meshes], dtype=np.int64)
-        count, native = counts[source._mesh_index].sum(), (source._scene, meshes, source._mesh_index)
-    if count == 0:
+        has_triangles = counts[source._mesh_index].any()
+        native = (source._scene, meshes, source._mesh_index)
+    if not has_triangles:
         raise ValueError(f"{name}: {source!r} has no triangles to {purpose}")
     return native
 

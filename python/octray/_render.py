@@ -191,6 +191,7 @@ def _colors(source, options) -> dict[str, list[NDArray[np.float32] | None]]:
     """Return the colours of the vertices and faces of each mesh."""
     names = ("vertex_colors", "face_colors")
     given = [name for name in names if options[name] is not None]
+    arrays: list[Sequence[Any]]
     if isinstance(source, Mesh):
         meshes, arrays, labels = [source._mesh], [[options[name]] for name in names], [""]
     elif isinstance(source, Scene):
