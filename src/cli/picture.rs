@@ -18,7 +18,7 @@ use crate::{
         ply,
     },
     ray::PrimitiveId,
-    render::{Aovs, OnProgress, Renderer, Settings},
+    render::{Aovs, Edges, OnProgress, Renderer, Settings},
     scene::{Camera, TriangleMesh},
 };
 use std::path::Path;
@@ -87,6 +87,8 @@ pub struct Request {
     pub samples: Option<String>,
     pub max_depth: u32,
     pub shadows: bool,
+    /// Width of the edges of triangles, pixels.
+    pub edges: Option<f32>,
     pub backdrop: Backdrop,
     /// Whether bytes are in sRGB; by the style if `None`.
     pub srgb: Option<bool>,
@@ -155,6 +157,10 @@ pub fn picture(
         height,
         max_depth: request.max_depth,
         shadows: request.shadows,
+        edges: request.edges.map(|width| Edges {
+            width,
+            ..Edges::default()
+        }),
         ..Settings::default()
     };
     settings.validate()?;

@@ -52,6 +52,14 @@ impl App {
                     ));
                 }
             }
+            Action::Edges => {
+                let edges = &mut style.settings.edges;
+                *edges = match edges {
+                    Some(_) => None,
+                    None => Some(self.options.settings.edges.unwrap_or_default()),
+                };
+                message = Some(format!("edges {}", on(edges.is_some())));
+            }
             Action::Antialias => {
                 style.antialias = !style.antialias;
                 message = Some(format!("anti-aliasing {}", on(style.antialias)));

@@ -22,6 +22,7 @@ mod cli_together;
 mod cli_verify;
 mod crops;
 mod distortion;
+mod edges;
 mod environments;
 mod faults;
 mod inputs_kept;
