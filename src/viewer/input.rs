@@ -53,12 +53,8 @@ impl App {
                 }
             }
             Action::Edges => {
-                let edges = &mut style.settings.edges;
-                *edges = match edges {
-                    Some(_) => None,
-                    None => Some(self.options.settings.edges.unwrap_or_default()),
-                };
-                message = Some(format!("edges {}", on(edges.is_some())));
+                style.toggle_edges(self.options.settings.edges);
+                message = Some(format!("edges {}", on(style.settings.edges.is_some())));
             }
             Action::Antialias => {
                 style.antialias = !style.antialias;

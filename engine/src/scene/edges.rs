@@ -12,7 +12,7 @@
 
 use super::{Distortion, PixelRays, Scene, SceneHit};
 use crate::ray::{InstanceId, Ray};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// Heights of triangles in pixels, relative to the width of lines: lower triangles have no edges, higher ones all of them, and
 /// those in between faint ones. Else dense meshes would turn black.
@@ -83,7 +83,8 @@ impl EdgeLines {
         let [a, b, c] = corners;
         let (origin, direction, [across, down]) =
             (ray.origin.as_dvec3(), self.direction(ray), self.steps(ray));
-        let (face, is_parallel) = ((b - a).cross(c - a), self.rays.is_parallel);
+        let (forward, is_parallel) = (self.forward(ray), self.rays.is_parallel);
+        let face = (b - a).cross(c - a);
         // d·n at the corner opposite to an edge, times the corner's depth: the same for all three.
         let volume = if is_parallel { direction } else { a - origin }.dot(face).abs();
         let mut height = f64::INFINITY;
@@ -91,7 +92,7 @@ impl EdgeLines {
             let (normal, depth) = if is_parallel {
                 (direction.cross(q - p), 1.0)
             } else {
-                ((p - origin).cross(q - p), self.depth(opposite - origin))
+                ((p - origin).cross(q - p), (opposite - origin).dot(forward))
             };
             let (x, y) = (across.dot(normal), down.dot(normal));
             let per_pixel = (x * x + y * y).sqrt();
@@ -130,24 +131,21 @@ impl EdgeLines {
         (cover * edges.strength) as f32
     }
 
-    fn is_fisheye(&self) -> bool {
-        let undistortion = self.rays.undistortion.as_ref();
-        undistortion.is_some_and(|all| matches!(all.inverse.distortion, Distortion::Fisheye { .. }))
+    /// Returns the unit vector along which depths count: the view direction, or the direction of a fisheye's ray, because there may
+    /// be points beside the eye.
+    fn forward(&self, ray: &Ray) -> DVec3 {
+        match &self.rays.undistortion {
+            Some(all) if matches!(all.inverse.distortion, Distortion::Fisheye { .. }) => {
+                ray.direction.as_dvec3()
+            }
+            _ => self.forward,
+        }
     }
 
     /// Returns a ray's direction at depth 1.
     fn direction(&self, ray: &Ray) -> DVec3 {
         let direction = ray.direction.as_dvec3();
-        direction / self.depth(direction)
-    }
-
-    /// Returns the depth of a point relative to the eye; of a fisheye, whose points may be beside the eye, its distance.
-    fn depth(&self, point: DVec3) -> f64 {
-        if self.is_fisheye() {
-            point.length()
-        } else {
-            point.dot(self.forward)
-        }
+        direction / direction.dot(self.forward(ray))
     }
 
     /// Returns how the direction at depth 1, or else the origin of parallel rays, changes from pixel to pixel.
@@ -185,7 +183,7 @@ impl Scene {
         if id as usize >= self.triangles.corners.len() || self.is_edgeless(id) {
             return None;
         }
-        let corners = self.triangle(id as usize).map(|corner| corner.as_dvec3());
+        let corners = self.triangle(id as usize).map(Vec3::as_dvec3);
         if hit.instance == InstanceId::NONE {
             return Some(corners);
         }

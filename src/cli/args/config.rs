@@ -322,10 +322,10 @@ fn missing(render: &Command, error: &clap::Error) -> Vec<String> {
     let Some(ContextValue::Strings(usages)) = error.get(ContextKind::InvalidArg) else {
         return Vec::new();
     };
-    // Such as `--compare <REFERENCE>`.
+    // Such as `--compare <REFERENCE>` and `--edges[=<WIDTH>]`.
     let names = usages
         .iter()
-        .filter_map(|usage| usage.split(' ').next()?.strip_prefix("--"));
+        .filter_map(|usage| usage.split([' ', '[']).next()?.strip_prefix("--"));
     let option = |name: &str| options(render).find(|option| option.get_long() == Some(name));
     names
         .filter_map(|name| Some(option(name)?.get_id().to_string()))
