@@ -19,6 +19,7 @@ _MOST_SAMPLES = 1 << 20
 _MOST_DEPTH = 1000
 _LAST_FRAME = 100_000
 _LONGEST = 1e6
+_WIDEST_EDGES = 100
 
 
 def render(
@@ -40,6 +41,7 @@ def render(
     srgb: bool | None = None,
     max_depth: SupportsIndex = 3,
     shadows: bool = True,
+    edges: bool | SupportsFloat = False,
     frame: SupportsIndex | None = None,
     ground: bool = False,
     up_axis: str | None = None,
@@ -106,6 +108,8 @@ def render(
         Maximum ray depth; 1 disables reflections and refraction.
     shadows
         Whether there are shadows.
+    edges
+        Whether the edges of triangles are drawn, as lines one pixel wide; or the width of the lines, pixels.
     frame
         The frame of a scene with keyframes, from 1 on.
     ground
@@ -287,6 +291,7 @@ def _look(options) -> dict[str, Any]:
         "srgb": srgb,
         "max_depth": _arrays.count_up_to("max_depth", options["max_depth"], _MOST_DEPTH),
         "shadows": _arrays.flag("shadows", options["shadows"]),
+        "edges": _edges(options["edges"]),
         "frame": None if frame is None else _arrays.count_up_to("frame", frame, _LAST_FRAME),
     }
 
@@ -339,6 +344,14 @@ def _direction(name: str, value) -> list[float]:
     if not vector.any():
         raise ValueError(f"{name}: expected a direction, found one without length")
     return vector[0].astype(np.float64).tolist()
+
+
+def _edges(edges: bool | SupportsFloat) -> float | None:
+    """Return the width of edges, pixels, or None for no edges."""
+    if isinstance(edges, (bool, np.bool_)):
+        return 1.0 if edges else None
+    what = f"True, False, or a width in pixels above 0 and at most {_WIDEST_EDGES}"
+    return _arrays.number("edges", edges, what, 1e-44, _WIDEST_EDGES)
 
 
 def _samples(samples: SupportsIndex | str) -> str | None:

@@ -129,6 +129,8 @@ MESH = SCENES / "meshes" / "vase.obj"
         (SCENES / "meshes" / "helix.ply", {"point_size": 0.05}, ["--point-size", "0.05"]),
         (SCENES / "glass.scn", {"max_depth": 9}, ["--max-depth", "9"]),
         (SCENES / "glass.scn", {"srgb": True}, ["--srgb"]),
+        (MESH, {"edges": True}, ["--edges"]),
+        (SCENES / "gears.scn", {"edges": np.float32(2.5)}, ["--edges=2.5"]),
         (SCENES / "glass.scn", {"shadows": False, "max_depth": 1}, ["--no-shadows", "--max-depth", "1"]),
     ],
 )

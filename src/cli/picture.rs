@@ -20,7 +20,7 @@ use crate::{
         ply,
     },
     ray::PrimitiveId,
-    render::{Aovs, OnProgress, Renderer, Settings},
+    render::{Aovs, Edges, OnProgress, Renderer, Settings},
     scene::{Camera, TriangleMesh},
 };
 pub use placed::PlacedArrays;
@@ -119,6 +119,8 @@ pub struct Request {
     pub samples: Option<String>,
     pub max_depth: u32,
     pub shadows: bool,
+    /// Width of the edges of triangles, pixels.
+    pub edges: Option<f32>,
     pub backdrop: Backdrop,
     /// Whether bytes are in sRGB; by the style if `None`.
     pub srgb: Option<bool>,
@@ -187,6 +189,10 @@ pub fn picture(
         height,
         max_depth: request.max_depth,
         shadows: request.shadows,
+        edges: request.edges.map(|width| Edges {
+            width,
+            ..Edges::default()
+        }),
         ..Settings::default()
     };
     settings.validate()?;

@@ -141,7 +141,7 @@ impl Denoiser {
             ..*settings
         };
         let rays = CameraRays::new(&model.scene, camera, &centre);
-        let (width, cone) = (settings.width as usize, rays.cone());
+        let (width, cone, edges) = (settings.width as usize, rays.cone(), rays.edges(&centre));
         self.surfaces.clear();
         self.surfaces
             .resize(width * settings.height as usize, Surface::default());
@@ -152,7 +152,9 @@ impl Denoiser {
                 |first_hits, (y, band)| {
                     let size = [width, band.len() / width];
                     first_hits.trace(&rays, size, y, [0, 0], &mut |i, ray, hit| {
-                        if !hit.is_hit() {
+                        // Edges of triangles are no noise.
+                        let is_edge = edges.is_some_and(|edges| edges.cover(&model.scene, ray, hit) > 0.0);
+                        if !hit.is_hit() || is_edge {
                             return;
                         }
                         let normal = shading_normal(&model.scene, ray, hit);

@@ -52,6 +52,10 @@ impl App {
                     ));
                 }
             }
+            Action::Edges => {
+                style.toggle_edges(self.options.settings.edges);
+                message = Some(format!("edges {}", on(style.settings.edges.is_some())));
+            }
             Action::Antialias => {
                 style.antialias = !style.antialias;
                 message = Some(format!("anti-aliasing {}", on(style.antialias)));

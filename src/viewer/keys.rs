@@ -29,6 +29,8 @@ pub enum Action {
     Normals,
     /// Toggle cost as colours.
     Cost,
+    /// Toggle the edges of triangles.
+    Edges,
     /// Print the camera.
     PrintCamera,
     /// Save the picture.
@@ -113,7 +115,7 @@ pub const HELP: [&str; 21] = [
     "wheel  zoom; or right drag",
     "arrows fly; also PgUp, PgDn",
     "r      quick preview",
-    "n h    normals; cost of pixels",
+    "n h e  normals; cost; edges",
     "a      anti-aliasing at rest",
     "b      brute force, no BVH",
     "B [ ]  boxes: leaves; a level",
@@ -158,6 +160,7 @@ pub fn action(key: &Key) -> Option<Action> {
             "]" => Action::LevelDown,
             "n" => Action::Normals,
             "h" => Action::Cost,
+            "e" => Action::Edges,
             "c" => Action::PrintCamera,
             "s" => Action::Save,
             " " => Action::Play,

@@ -13,14 +13,14 @@ use crate::{
         brute,
         bvh::OverScene,
         cost::{self, Stack},
-        medium_at,
+        first_hit_at, medium_at,
         shade::{Intersect, Limits, PixelSample, SecondaryRays, radiance_at, shading_normal},
     },
     render::{
         ByteFilm, CameraRays, FrameStats, Mode, OnProgress, Progress, RayCounts, RenderError, Settings,
         TileTimes, Transfer, bands::Bands, nearest_byte,
     },
-    scene::{Camera, RayCone, Scene},
+    scene::{Camera, EdgeLines, RayCone, Scene},
     simd::{Level, Portable, at_level},
 };
 use rayon::prelude::*;
@@ -37,6 +37,7 @@ struct Frame<'a> {
     settings: &'a Settings,
     rays: CameraRays,
     limits: Limits,
+    edges: Option<EdgeLines>,
     stop: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -80,11 +81,13 @@ pub fn render(
     let (scene, view) = (&model.scene, camera.view());
     let eye = (scene.relative(view.eye), view.target - view.eye);
     let every = &mut EveryPrimitive { scene, stop };
+    let rays = CameraRays::new(scene, camera, settings);
     let frame = Frame {
         model,
         style,
         settings,
-        rays: CameraRays::new(scene, camera, settings),
+        rays,
+        edges: rays.edges(settings),
         limits: Limits {
             max_depth: settings.max_depth,
             shadows: settings.shadows,
@@ -187,7 +190,13 @@ impl<'a> Scratch<'a> {
                 cone: frame.rays.cone(),
             };
             let from = (ray, sample);
-            let (color, _) = radiance_at(settings.level, scene, &mut intersect, from, frame.limits, rays);
+            let (mut color, _) = radiance_at(settings.level, scene, &mut intersect, from, frame.limits, rays);
+            if let Some(edges) = &frame.edges {
+                let hit = first_hit_at(settings.level, scene, &mut intersect, &ray);
+                let [r, g, b] = color;
+                let [r, g, b, _] = edges.over([r, g, b, 1.0], edges.cover(scene, &ray, &hit));
+                color = [r, g, b];
+            }
             add(sum, color);
         }
         ControlFlow::Continue(())

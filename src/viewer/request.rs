@@ -2,7 +2,7 @@
 
 use super::{pose::Pose, timeline::Timeline};
 use crate::{
-    render::{Filter, Pattern, Settings, Transfer},
+    render::{Edges, Filter, Pattern, Settings, Transfer},
     scene::Camera,
 };
 use std::sync::Arc;
@@ -54,6 +54,12 @@ impl Style {
     #[must_use]
     pub fn last_samples(&self) -> u32 {
         if self.antialias { self.settings.samples } else { 1 }
+    }
+
+    /// Switches edges on, as the options have them, or off.
+    pub fn toggle_edges(&mut self, options: Option<Edges>) {
+        let edges = &mut self.settings.edges;
+        *edges = edges.is_none().then(|| options.unwrap_or_default());
     }
 
     /// Returns the layer of `octray render --aov` that shows the same; none shows the cost of brute force.

@@ -8,7 +8,7 @@ use octray::{
     Level,
     accel::{BuildQuality, Bvh, Layout},
     generate::{Kind, Options, generate},
-    render::{Film, Mode, Pattern, Pixel, Renderer, Settings},
+    render::{Edges, Film, Mode, Pattern, Pixel, Renderer, Settings},
     scene::{Camera, MaterialId, Scene, SceneBuilder, SphereCloud, TriangleMesh},
 };
 use std::ops::ControlFlow;
@@ -148,7 +148,8 @@ fn check_pictures(scene: &Scene) {
         ..settings
     };
     check::<[f32; 3]>(scene, &bvh, &camera, adaptive);
-    check::<[f32; 4]>(scene, &bvh, &camera, adaptive);
+    let edges = Some(Edges::default());
+    check::<[f32; 4]>(scene, &bvh, &camera, Settings { edges, ..adaptive });
 }
 
 #[test]

@@ -17,6 +17,7 @@ mod classic_files;
 mod classic_images;
 mod coincident;
 mod documents;
+mod edges;
 mod error_kinds;
 mod errors;
 mod generated_files;

@@ -92,6 +92,7 @@ fn every_key_does_something(screen: &Screen) {
         ("r", 0.01),
         ("n", 0.1),
         ("h", 0.1),
+        ("e", 0.005),
         ("B", 0.005),
         ("question", 0.05),
         ("i", 0.03),

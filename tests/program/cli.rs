@@ -95,6 +95,7 @@ fn wrong_values_are_usage_errors() {
         ("--camera front", "no camera `front`: the scene defines none"),
         ("--sise 5x5", "--size"),
         ("--width 5", "--size WIDTHxHEIGHT"),
+        ("--wireframe", "--edges draws the edges of triangles"),
         ("--spp=5", "--samples"),
         ("--bounces=5", "--max-depth N"),
         ("--hdri a.hdr", "--environment FILE"),

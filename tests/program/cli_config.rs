@@ -149,6 +149,7 @@ fn defaults_that_do_not_apply_are_skipped() {
         "allow-pixels = 0.1",
         "difference = \"d.png\"",
         "focus = 2",
+        "edge-color = \"ff0000\"",
         "frames = \"2-3\"",
     ] {
         folder.write("c.toml", default);

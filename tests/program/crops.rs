@@ -97,7 +97,7 @@ const FISHEYE: &str = r#"{"camera_model":"OPENCV_FISHEYE","fl_x":11,"fl_y":10,"w
 const ALL: &str = "--aov depth,normal,albedo,id,heat,mask,z,instance";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 51] = [
+const CASES: [(&str, &str, &str); 55] = [
     ("instances.scn", "exr", ALL),
     (
         "instances.scn",
@@ -230,6 +230,22 @@ const CASES: [(&str, &str, &str); 51] = [
         "--poses fisheye.json --samples auto:9 --filter tent --aov z,mask,normal",
     ),
     ("glass.scn", "exr", "--aperture 0.2 --samples auto:9"),
+    ("gear.stl", "png", "--edges --ground --samples auto:9"),
+    (
+        "glass.scn",
+        "exr",
+        "--edges=2.5 --samples 4 --background transparent",
+    ),
+    (
+        "instances.scn",
+        "png",
+        "--edges=3 --edge-color ff8000 --ortho 3 --mode scalar",
+    ),
+    (
+        "instances.scn",
+        "png",
+        "--edges=1.5 --poses fisheye.json --samples auto:9 --filter tent",
+    ),
     ("plane.scn", "exr", ALL),
     ("moving.scn", "exr", "--frames 2-2 --samples 4 --aov depth,heat"),
     ("plane.scn", "png", "--samples auto:9 --filter tent"),

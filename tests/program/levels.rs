@@ -108,6 +108,8 @@ fn every_level_makes_the_same_bytes() {
         "render instances.scn -o instances.exr -s 97x61 --samples 4 --max-depth 6 --aov depth,normal,albedo",
         "render instances.scn -o instances-auto.png -s 97x61 --samples auto:9 --aperture 0.2",
         "render instances.scn -o instances-scalar.exr -s 97x61 --samples 4 --max-depth 6 --mode scalar",
+        "render instances.scn -o edges.exr -s 97x61 --samples 4 --edges=2.5 --aperture 0.2",
+        "render glass.scn -o edges.png -s 97x61 --samples auto:9 --edges",
         "render a.scn -o a.png",
     ];
     let expected = made_at("portable", &lines);

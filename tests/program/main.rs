@@ -23,6 +23,7 @@ mod cli_verify;
 mod colors;
 mod crops;
 mod distortion;
+mod edges;
 mod environments;
 mod faults;
 mod inputs_kept;

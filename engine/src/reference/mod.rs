@@ -26,6 +26,8 @@ pub(crate) use draw::disc;
 #[doc(hidden)]
 pub use medium::medium_at;
 use primitive::{RaySlabs, intersect_shape};
+#[doc(hidden)]
+pub use through::first_hit_at;
 pub(crate) use through::seen_at;
 
 /// Where rays pass surfaces.

@@ -15,6 +15,15 @@ pub(crate) fn seen_at(level: Level, scene: &Scene, intersect: &mut dyn Intersect
     at_level!(level, |simd| seen(simd, scene, intersect, ray))
 }
 
+/// Returns the hit whose surface a camera ray shows.
+pub fn first_hit_at(level: Level, scene: &Scene, intersect: &mut dyn Intersect, ray: &Ray) -> SceneHit {
+    at_level!(level, |simd| if scene.dims_light() {
+        opaque_first(simd, scene, intersect, ray, true)
+    } else {
+        seen(simd, scene, intersect, ray)
+    })
+}
+
 /// Returns the closest hit of a ray that passes the backs of one-sided surfaces.
 #[inline(always)]
 pub(super) fn seen<S: Simd>(simd: S, scene: &Scene, intersect: &mut dyn Intersect, ray: &Ray) -> SceneHit {

@@ -82,6 +82,7 @@ impl Renderer<'_> {
         };
         let context = FrameContext {
             medium: None,
+            edges: None,
             scene,
             bvh,
             camera_rays: CameraRays::new(scene, &camera.without_lens(), &settings),

@@ -5,7 +5,7 @@ use super::{
 };
 use crate::{
     accel::Bvh,
-    scene::{Camera, MaterialId, Scene},
+    scene::{Camera, EdgeLines, MaterialId, Scene},
 };
 
 /// A tile's rectangle in the film, pixels.
@@ -47,6 +47,8 @@ pub(super) struct FrameContext<'a> {
     pub camera_rays: CameraRays,
     /// The tinted glass that the camera's eye is in.
     pub medium: Option<MaterialId>,
+    /// The edges that are drawn.
+    pub edges: Option<EdgeLines>,
     /// The film's rectangle in the picture.
     pub window: Crop,
     pub settings: Settings,

@@ -5,6 +5,7 @@ mod aov;
 #[doc(hidden)]
 pub mod bands;
 mod crop;
+mod edges;
 mod film;
 mod frame;
 #[cfg(feature = "png")]
@@ -19,6 +20,7 @@ mod transfer;
 pub use crate::reference::cost::Cost;
 pub use aov::{Aov, Aovs};
 pub use crop::Crop;
+pub use edges::{Edges, MAX_EDGE_WIDTH};
 #[doc(hidden)]
 pub use film::nearest_byte;
 pub use film::{ByteFilm, Film, Pixel, quantize};
@@ -77,6 +79,8 @@ pub struct Settings {
     pub max_depth: u32,
     /// Whether to trace shadow rays.
     pub shadows: bool,
+    /// The edges of triangles, drawn over the picture; `None` for none.
+    pub edges: Option<Edges>,
     /// The code that traces and shades.
     pub mode: Mode,
     /// Number of threads; `None` for the current rayon pool.
@@ -98,6 +102,7 @@ impl Default for Settings {
             filter: Filter::Box,
             max_depth: classic::MAX_DEPTH,
             shadows: true,
+            edges: None,
             mode: Mode::Packet,
             threads: None,
             level: Level::current(),
@@ -298,6 +303,9 @@ impl Settings {
         }
         if !(1..=MAX_DEPTH).contains(&self.max_depth) {
             return limit(format!("depth {}: expected 1 to {MAX_DEPTH}", self.max_depth));
+        }
+        if let Some(edges) = self.edges {
+            edges.check()?;
         }
         match self.threads {
             Some(threads) if !(1..=MAX_THREADS).contains(&threads) => {

@@ -176,10 +176,12 @@ impl<'a> Renderer<'a> {
         on_progress: OnProgress<'_>,
     ) -> Result<(RayCounts, TileTimes), RenderError> {
         let window = settings.window();
+        let camera_rays = CameraRays::new(self.scene, camera, settings);
         let context = FrameContext {
             scene: self.scene,
             bvh: self.bvh,
-            camera_rays: CameraRays::new(self.scene, camera, settings),
+            camera_rays,
+            edges: camera_rays.edges(settings),
             medium: self.medium_of(camera, settings),
             window,
             settings: *settings,

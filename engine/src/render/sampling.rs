@@ -5,12 +5,12 @@
 //! neighbours. Patterns that differ from pixel to pixel are seeded by a hash of the absolute pixel, so that a crop equals
 //! its part of the whole picture.
 
-use super::Settings;
+use super::{Edges, Settings};
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
     ray::{Ray, RayPacket},
     reference,
-    scene::{Camera, PixelRays, RayCone, Scene},
+    scene::{Camera, EdgeLines, PixelRays, RayCone, Scene},
     shade,
     simd::Simd,
     sobol::{self, hash, scrambled, seed_of, unit},
@@ -99,6 +99,12 @@ impl CameraRays {
             }),
             lens_samples: camera.has_lens().then_some(samples),
         }
+    }
+
+    /// Returns the edges that pictures of the settings show.
+    pub fn edges(&self, settings: &Settings) -> Option<EdgeLines> {
+        let Edges { width, color } = settings.edges?;
+        Some(EdgeLines::new(self.pixel_rays, width, color, settings.samples))
     }
 
     /// Returns whether the camera has a lens.

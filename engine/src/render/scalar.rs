@@ -9,7 +9,7 @@ use super::{
 use crate::{
     reference::{
         bvh::OverScene,
-        seen_at,
+        first_hit_at, seen_at,
         shade::{Limits, PixelSample, SecondaryRays, radiance_at},
     },
     simd::at_level,
@@ -104,6 +104,7 @@ impl ScalarTile<'_> {
             camera_rays,
             settings,
             medium,
+            edges,
             ..
         } = self.context;
         let limits = Limits {
@@ -137,7 +138,12 @@ impl ScalarTile<'_> {
                 limits,
                 &mut self.rays,
             );
-            samples.add([r, g, b, alpha]);
+            let mut rgba = [r, g, b, alpha];
+            if let Some(edges) = &edges {
+                let hit = first_hit_at(settings.level, scene, &mut self.intersect, &ray);
+                rgba = edges.over(rgba, edges.cover(scene, &ray, &hit));
+            }
+            samples.add(rgba);
         }
     }
 }

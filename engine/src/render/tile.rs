@@ -206,6 +206,7 @@ impl<'a> TileScratch<'a> {
             cone: context.camera_rays.cone(),
             transparent,
             medium: context.medium,
+            edges: context.edges.as_ref(),
         };
         let (tracer, rays, colors) = (&mut self.tracer, &mut self.rays, &mut self.sample);
         self.shader.shade(context.scene, tracer, settings, rays, colors);

@@ -15,6 +15,16 @@ pub enum Transfer {
 }
 
 impl Transfer {
+    /// Returns a linear colour that is encoded as these bytes.
+    #[must_use]
+    pub fn decode(self, bytes: [u8; 3]) -> [f32; 3] {
+        match self {
+            // The middle of the interval, because fractions are cut off.
+            Self::Linear => bytes.map(|byte| ((f32::from(byte) + 0.5) / 255.0).min(1.0)),
+            Self::Srgb => bytes.map(|byte| decode(f64::from(byte) / 255.0) as f32),
+        }
+    }
+
     /// Encodes a linear colour.
     #[inline]
     #[must_use]

@@ -361,6 +361,36 @@ impl Inverse {
         })
     }
 
+    /// The derivatives of a direction (right, down and forward) by its distorted point, right and down: of a unit vector for a
+    /// fisheye, else of a vector that is 1 forward.
+    pub fn slopes(&self, direction: DVec3) -> [DVec3; 2] {
+        let DVec3 { x, y, z } = direction;
+        let (point, by_x, by_y) = match self.distortion {
+            Distortion::Perspective { .. } => ([x / z, y / z], DVec3::X, DVec3::Y),
+            Distortion::Fisheye { .. } => {
+                let sin = (x * x + y * y).sqrt();
+                let angle = libm::atan2(sin, z);
+                let ([u, v], ratio) = if sin > 0.0 {
+                    ([x / sin, y / sin], sin / angle)
+                } else {
+                    ([1.0, 0.0], 1.0)
+                };
+                let (outwards, around) = (DVec3::new(u * z, v * z, -sin), DVec3::new(-v, u, 0.0) * ratio);
+                (
+                    [u * angle, v * angle],
+                    outwards * u - around * v,
+                    outwards * v + around * u,
+                )
+            }
+        };
+        let Distorted { a, b, c, .. } = self.distort(point);
+        let determinant = a * c - b * b;
+        [
+            (by_x * c - by_y * b) / determinant,
+            (by_y * a - by_x * b) / determinant,
+        ]
+    }
+
     /// The direction of a point that is not distorted.
     #[inline(always)]
     fn direction(&self, [x, y]: [f64; 2]) -> DVec3 {

@@ -5,6 +5,7 @@ mod builder;
 mod camera;
 mod checker;
 mod distortion;
+mod edges;
 mod environment;
 mod faults;
 mod fit;
@@ -33,11 +34,7 @@ mod weld;
 
 pub use crate::ray::SceneHit;
 pub use background::Background;
-#[doc(hidden)]
-pub use builder::INSTANCE_BYTES;
 pub use builder::{BVH_BYTES, MAX_LIGHTS, SceneBuilder, SphereCloud, TriangleMesh};
-#[doc(hidden)]
-pub use builder::{MAX_MATERIALS, MAX_TEXTURES, check_memory};
 pub use camera::{Camera, MAX_SIDE_SAMPLES, NamedCamera, for_each_packet};
 pub use checker::Checker;
 pub use distortion::Distortion;
@@ -46,8 +43,6 @@ pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};
 pub use image::{Curve, Image, MAX_IMAGE_SIDE, Texture, Wrap};
 pub use image_plane::{ImagePlane, Intrinsics};
-#[doc(hidden)]
-pub use instance::Placing;
 pub(crate) use instance::{ImageRay, Placement};
 pub use instance::{Instance, MAX_INSTANCES, MAX_PROTOTYPES, Prototype, PrototypeId};
 pub(crate) use lift::Base;
@@ -59,11 +54,7 @@ use moving::Moving;
 pub use normal_map::{MAX_NORMAL_SCALE, NormalMap};
 pub use occlusion_map::OcclusionMap;
 pub use opacity::Opacity;
-#[doc(hidden)]
-pub use origin::origin_of;
 pub(crate) use passage::{Crossing, Passage, skipped};
-#[doc(hidden)]
-pub use pixel_rays::PixelRays;
 pub use pixel_rays::RayCone;
 pub use placed::PlacedMesh;
 pub use plane::{MAX_PLANES, Plane};
@@ -71,12 +62,20 @@ pub use texture::{CutOut, MAX_EMISSION, SurfaceTextures, TexturePoint, TexturedP
 pub use transform::Transform;
 pub use view::{CameraError, Lens, Projection, View};
 #[doc(hidden)]
-pub use weld::weld;
+pub use {
+    builder::{INSTANCE_BYTES, MAX_MATERIALS, MAX_TEXTURES, check_memory},
+    edges::{EdgeLines, TriangleEdges},
+    instance::Placing,
+    origin::origin_of,
+    pixel_rays::PixelRays,
+    weld::weld,
+};
 
 use crate::{math::Aabb, ray::PrimitiveId};
 use glam::{DVec3, Vec3};
 use std::{
     collections::BTreeSet,
+    ops::Range,
     path::PathBuf,
     sync::{Arc, atomic},
 };
@@ -134,6 +133,8 @@ pub struct Triangles {
     pub corners: Vec<[u32; 3]>,
     /// Material of each triangle.
     pub material: Vec<MaterialId>,
+    /// See [`SceneBuilder::add_mesh_without_edges`]; by index, in ascending order.
+    edgeless: Vec<Range<u32>>,
 }
 
 /// The spheres: arrays of equal length.

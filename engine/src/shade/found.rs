@@ -10,8 +10,8 @@ use super::{
 use crate::{
     lanes::{F32x8, LANES},
     math::{Aabb, max},
-    ray::{Hit, HitPacket, PrimitiveId, Ray, RayPackets},
-    scene::{RayCone, Scene, skipped},
+    ray::{Hit, HitPacket, InstanceId, PrimitiveId, Ray, RayPackets},
+    scene::{RayCone, Scene, SceneHit, skipped},
     simd::{Level, Simd, at_level},
     trace::Tracer,
 };
@@ -75,6 +75,17 @@ impl Found {
     /// Returns the hits of the queue that was traced last.
     pub fn hits_of(&self, rays: &RayQueue) -> &[HitPacket] {
         &self.hits[..rays.rays.packets().len()]
+    }
+
+    /// Returns the hit of lane `lane` of packet `p`.
+    pub fn hit(&self, p: usize, lane: usize) -> SceneHit {
+        SceneHit {
+            hit: self.hits[p].hit(lane),
+            instance: self
+                .instances
+                .get(p)
+                .map_or(InstanceId::NONE, |instances| InstanceId(instances[lane])),
+        }
     }
 
     /// Sorts the hits by material and gathers their surfaces; see [`queue::sort`] for `transparent` and `colors`. `cone` is

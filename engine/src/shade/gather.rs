@@ -21,7 +21,7 @@ impl Shader {
         &mut self,
         scene: &Scene,
         tracer: &mut Tracer<'_>,
-        settings: ShadeSettings,
+        settings: ShadeSettings<'_>,
         depth: u32,
     ) {
         let lights = scene.lights();
@@ -81,7 +81,7 @@ impl Shader {
         &mut self,
         scene: &Scene,
         tracer: &mut Tracer<'_>,
-        settings: ShadeSettings,
+        settings: ShadeSettings<'_>,
         (depth, lit): (u32, usize),
     ) {
         self.ambient.clear();
@@ -140,7 +140,7 @@ fn multiply(values: &mut F32x8, by: &F32x8) {
 fn draws<'a>(
     first: &'a [[u32; LANES]],
     scene: &Scene,
-    settings: ShadeSettings,
+    settings: ShadeSettings<'_>,
     (depth, pair): (u32, usize),
 ) -> Draws<'a> {
     Draws {

@@ -15,6 +15,7 @@
 
 mod blend;
 mod draw;
+mod edges;
 mod environment;
 mod found;
 mod gather;
@@ -32,7 +33,7 @@ mod tint;
 use crate::{
     lanes::{F32x8, LANES},
     ray::{HitPacket, PrimitiveId},
-    scene::{Material, MaterialId, RayCone, Scene, SurfaceTextures},
+    scene::{EdgeLines, Material, MaterialId, RayCone, Scene, SurfaceTextures},
     simd::{EightLanes, Lanes, Level, Simd, at_level},
     sobol,
     trace::Tracer,
@@ -55,7 +56,7 @@ pub const LIGHT_OFFSET: f32 = 32.0 / (1 << 24) as f32;
 
 /// The settings of shading.
 #[derive(Clone, Copy, Debug)]
-pub struct ShadeSettings {
+pub struct ShadeSettings<'a> {
     /// Maximum ray depth; 1 disables reflections and refraction. Rays beyond it return the background. Half-transparent
     /// surfaces do not count.
     pub max_depth: u32,
@@ -69,6 +70,8 @@ pub struct ShadeSettings {
     pub transparent: bool,
     /// The tinted glass that camera rays start in.
     pub medium: Option<MaterialId>,
+    /// The edges to draw over what camera rays hit.
+    pub edges: Option<&'a EdgeLines>,
 }
 
 /// The scratch memory of shading a tile, reused from tile to tile.
@@ -89,6 +92,8 @@ pub struct Shader {
     branches: Vec<glass::Depth>,
     /// The transmittance of camera rays that start in tinted glass, by channel; empty for others.
     passed: Vec<[F32x8; 3]>,
+    /// The shares of camera rays that edges cover.
+    covers: Vec<F32x8>,
     /// Ambient occlusion rays traced since [`Shader::reset_counts`].
     pub ambient_rays: u64,
     /// Shadow rays traced since [`Shader::reset_counts`].
@@ -246,7 +251,7 @@ impl Shader {
         &mut self,
         scene: &Scene,
         tracer: &mut Tracer<'_>,
-        settings: ShadeSettings,
+        settings: ShadeSettings<'_>,
         rays: &mut RayQueue,
         colors: &mut TileColors,
     ) {
@@ -256,9 +261,24 @@ impl Shader {
         );
         if scene.has_glass() || scene.has_blending() {
             self.shade_branches(scene, tracer, settings, rays, colors);
-            rays.restart();
-            return;
+        } else {
+            self.shade_paths(scene, tracer, settings, rays, colors);
         }
+        rays.restart();
+        if let Some(edges) = settings.edges {
+            edges::draw(edges, &self.covers, colors);
+        }
+    }
+
+    /// [`Self::shade`] for scenes whose rays do not branch.
+    fn shade_paths(
+        &mut self,
+        scene: &Scene,
+        tracer: &mut Tracer<'_>,
+        settings: ShadeSettings<'_>,
+        rays: &mut RayQueue,
+        colors: &mut TileColors,
+    ) {
         colors.resize(rays.rays.packets().len());
         let level = tracer.level();
         for depth in 1..=settings.max_depth {
@@ -276,7 +296,6 @@ impl Shader {
                 break;
             }
         }
-        rays.restart();
     }
 
     /// Traces and shades the rays of one depth, and queues the next ones.
@@ -284,7 +303,7 @@ impl Shader {
         &mut self,
         scene: &Scene,
         tracer: &mut Tracer<'_>,
-        (settings, depth): (ShadeSettings, u32),
+        (settings, depth): (ShadeSettings<'_>, u32),
         rays: &mut RayQueue,
         colors: &mut TileColors,
     ) {
@@ -294,6 +313,11 @@ impl Shader {
         self.found.passes_backs = true;
         self.found
             .gather(scene, (tracer, settings.cone), (rays, transparent), colors);
+        if let Some(edges) = settings.edges
+            && depth == 1
+        {
+            edges::cover(edges, scene, rays, &self.found, &mut self.covers);
+        }
         if !rays.branches.is_empty() {
             glass::absorb(scene, rays, self.found.hits_of(rays));
         } else if let Some(medium) = settings.medium {
@@ -391,7 +415,7 @@ impl Shader {
         &mut self,
         scene: &Scene,
         tracer: &mut Tracer<'_>,
-        settings: ShadeSettings,
+        settings: ShadeSettings<'_>,
         rays: &mut RayQueue,
         colors: &mut TileColors,
     ) {

@@ -194,12 +194,14 @@ impl File<'_> {
             self.fault(span.clone(), &message)
         })?;
         let fault = |message: &str| self.fault(value.span(), message);
-        let argument = match (option.get_action(), value.get_ref()) {
-            (ArgAction::SetTrue, DeValue::Boolean(on)) => on.then(|| format!("--{key}")),
-            (ArgAction::SetTrue, _) => {
+        let is_switch = matches!(option.get_action(), ArgAction::SetTrue);
+        let needs_value = option.get_num_args().is_none_or(|count| count.min_values() > 0);
+        let argument = match value.get_ref() {
+            DeValue::Boolean(on) if is_switch || !needs_value => on.then(|| format!("--{key}")),
+            _ if is_switch => {
                 return Err(fault(&format!("`{key}` is a switch, expected true or false")));
             }
-            (_, value) => {
+            value => {
                 let text = text(value).ok_or_else(|| {
                     fault(&format!(
                         "expected a string, a number, or a list of them, as after --{key} on the command line"
@@ -320,10 +322,10 @@ fn missing(render: &Command, error: &clap::Error) -> Vec<String> {
     let Some(ContextValue::Strings(usages)) = error.get(ContextKind::InvalidArg) else {
         return Vec::new();
     };
-    // Such as `--compare <REFERENCE>`.
+    // Such as `--compare <REFERENCE>` and `--edges[=<WIDTH>]`.
     let names = usages
         .iter()
-        .filter_map(|usage| usage.split(' ').next()?.strip_prefix("--"));
+        .filter_map(|usage| usage.split([' ', '[']).next()?.strip_prefix("--"));
     let option = |name: &str| options(render).find(|option| option.get_long() == Some(name));
     names
         .filter_map(|name| Some(option(name)?.get_id().to_string()))

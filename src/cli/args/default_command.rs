@@ -21,8 +21,9 @@ pub fn with_default_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
     arguments
 }
 
-/// Joins an option and a value such as `-1,2,3`, which clap would take for an option: no option begins with a digit.
-pub fn with_negative_values(arguments: Vec<OsString>) -> Vec<OsString> {
+/// Joins an option and a value such as `-1,2,3`, which clap would take for an option: no option begins with a digit. Joins
+/// `--edges` and a number, which clap would take for a file, because the option needs no value.
+pub fn with_joined_values(arguments: Vec<OsString>) -> Vec<OsString> {
     let mut joined: Vec<OsString> = Vec::with_capacity(arguments.len());
     let mut options_end = false;
     for argument in arguments {
@@ -30,10 +31,12 @@ pub fn with_negative_values(arguments: Vec<OsString>) -> Vec<OsString> {
             let bytes = word.as_encoded_bytes();
             bytes.starts_with(b"-") && bytes.len() > 1 && !bytes.contains(&b'=')
         };
+        let is_value_of = |option: &OsString| {
+            is_negative(&argument) && is_option(option) && !is_negative(option)
+                || option == "--edges" && is_number(&argument)
+        };
         match joined.last_mut() {
-            Some(option)
-                if !options_end && is_negative(&argument) && is_option(option) && !is_negative(option) =>
-            {
+            Some(option) if !options_end && is_value_of(option) => {
                 option.push("=");
                 option.push(argument);
             }
@@ -52,6 +55,10 @@ pub fn with_plain_help(mut arguments: Vec<OsString>) -> Vec<OsString> {
         arguments.retain(|argument| argument != "--help" && argument != "-h");
     }
     arguments
+}
+
+fn is_number(argument: &OsStr) -> bool {
+    argument.to_str().is_some_and(|text| text.parse::<f64>().is_ok())
 }
 
 fn is_negative(argument: &OsStr) -> bool {

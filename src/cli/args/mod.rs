@@ -108,7 +108,7 @@ pub fn plan(arguments: Vec<OsString>) -> Result<Option<Plan>, CliError> {
         return Err(CliError::Usage(why));
     }
     let arguments = default_command::with_default_command(arguments);
-    let arguments = default_command::with_negative_values(arguments);
+    let arguments = default_command::with_joined_values(arguments);
     let arguments = default_command::with_plain_help(arguments);
     if let Some(why) = usage::one_dash(&arguments).or_else(|| usage::two_pages(&arguments)) {
         return Err(CliError::Usage(why));

@@ -7,7 +7,7 @@ use crate::{
         plan::{Backdrop, PictureOptions, Style},
         write::{AovKind, Z_STEP},
     },
-    render::{Crop, Filter, Pattern, Settings, Transfer},
+    render::{Crop, Edges, Filter, Pattern, Settings, Transfer},
 };
 use clap::{Args, ValueEnum};
 
@@ -36,6 +36,30 @@ pub struct PictureArgs {
     /// or six hexadecimal digits, such as 336699). Mirrors and glass still show the scene's background [default: scene]
     #[arg(long, value_name = "COLOR")]
     pub background: Option<Backdrop>,
+
+    #[command(flatten)]
+    pub edges: EdgeArgs,
+}
+
+/// The edges of triangles.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Picture")]
+pub struct EdgeArgs {
+    /// Draw the edges of triangles over what is seen directly, as lines of this width in pixels, 1 if none is given. Where
+    /// triangles are only a few pixels high, edges are faint
+    #[arg(
+        long,
+        value_name = "WIDTH",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "1",
+        value_parser = values::edge_width
+    )]
+    pub edges: Option<f32>,
+
+    /// Colour of the edges: white, black or six hexadecimal digits, such as 336699 [default: nearly black]
+    #[arg(long, value_name = "COLOR", value_parser = values::color, requires = "edges")]
+    pub edge_color: Option<[u8; 3]>,
 }
 
 /// How linear channels become bytes.
@@ -104,6 +128,19 @@ impl TransferArgs {
         } else {
             Transfer::Linear
         }
+    }
+}
+
+impl EdgeArgs {
+    /// The edges of a picture with that transfer, whose bytes show the colour.
+    pub fn edges(&self, transfer: Transfer) -> Option<Edges> {
+        let usual = Edges::default();
+        Some(Edges {
+            width: self.edges?,
+            color: self
+                .edge_color
+                .map_or(usual.color, |color| transfer.decode(color)),
+        })
     }
 }
 

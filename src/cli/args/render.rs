@@ -107,10 +107,11 @@ impl RenderArgs {
         self.picture.apply(&mut settings)?;
         self.sampling
             .apply(&mut settings, is_soft, usual_samples(is_soft))?;
-        settings.validate()?;
         let is_exr = self.output.as_deref().and_then(Path::extension);
         let is_exr = is_exr.is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
         let picture = self.picture.options(is_soft, is_exr);
+        settings.edges = self.picture.edges.edges(picture.byte_transfer);
+        settings.validate()?;
         Ok(Look { settings, picture })
     }
 

@@ -7,7 +7,7 @@ use super::{
 use crate::{
     classic,
     cli::plan::Style,
-    render::{Settings, Transfer},
+    render::{Edges, Settings, Transfer},
 };
 
 /// Returns the options of `octray render` that give these settings and this transfer, each after a space, as far as they
@@ -35,6 +35,13 @@ pub fn spelled(settings: &Settings, transfer: Transfer, style: Option<Style>) ->
         (true, Transfer::Linear) => options += " --linear",
         (false, Transfer::Srgb) => options += " --srgb",
         _ => {}
+    }
+    if let Some(Edges { width, color }) = settings.edges {
+        options += &format!(" --edges={width}");
+        if color != Edges::default().color {
+            let [r, g, b] = transfer.encode(color);
+            options += &format!(" --edge-color={r:02x}{g:02x}{b:02x}");
+        }
     }
     if !settings.shadows {
         options += " --no-shadows";

@@ -99,6 +99,9 @@ fn what_the_window_prints_makes_its_picture() {
         &["--samples=16", "--pattern=stratified", "--max-depth=7"],
         &["--pattern=sobol", "--filter=tent"],
         &["--pattern=grid", "--filter=blackman-harris"],
+        &["--edges"],
+        &["--edges=0.7", "--edge-color=white", "--linear"],
+        &["--edges=12.25", "--edge-color=0180fe", "--srgb"],
     ] {
         for style in [None, Some(Style::Plain), Some(Style::Studio), Some(Style::Clay)] {
             let mut arguments = vec!["view", "--size=20x10", "a"];

@@ -9,7 +9,7 @@ use clap::{
 use std::{ffi::OsString, path::Path};
 
 /// Options of other renderers, and what octray has instead.
-const ELSEWHERE: [(&[&str], &str); 25] = [
+const ELSEWHERE: [(&[&str], &str); 26] = [
     (
         &[
             "--width",
@@ -30,6 +30,10 @@ const ELSEWHERE: [(&[&str], &str); 25] = [
         "--srgb encodes for screens (the default for meshes), --linear does not",
     ),
     (&["--transparent", "--alpha"], "--background transparent"),
+    (
+        &["--wireframe", "--show-edges", "--mesh-edges", "-e"],
+        "--edges draws the edges of triangles, --edges=2 as wider lines",
+    ),
     (
         &["--bg", "--bg-color", "--background-color"],
         "--background COLOR, such as --background white",

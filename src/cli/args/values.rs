@@ -2,9 +2,9 @@
 
 use super::camera::Ortho;
 use crate::{
-    cli::plan::{FrameRange, Side},
+    cli::plan::{Backdrop, FrameRange, Side},
     math,
-    render::Crop,
+    render::{Crop, MAX_EDGE_WIDTH},
     scene::MAX_COORDINATE,
 };
 use glam::DVec3;
@@ -86,6 +86,25 @@ pub fn ortho(text: &str) -> Result<Ortho, String> {
         Ok(height) => Ok(Ortho::Height(height)),
         Err(_) if text == "fit" => Ok(Ortho::Fit),
         Err(_) => Err("expected a number of scene units, such as 2.5, or fit".into()),
+    }
+}
+
+/// A width of lines, pixels.
+pub fn edge_width(text: &str) -> Result<f32, String> {
+    let width = text
+        .parse()
+        .ok()
+        .filter(|&width| width > 0.0 && width <= MAX_EDGE_WIDTH);
+    width.ok_or_else(|| {
+        format!("expected a number of pixels above 0 and at most {MAX_EDGE_WIDTH}, such as 1.5")
+    })
+}
+
+/// A colour as bytes.
+pub fn color(text: &str) -> Result<[u8; 3], String> {
+    match text.parse() {
+        Ok(Backdrop::Color(color)) => Ok(color),
+        _ => Err("expected white, black, or a colour of six hexadecimal digits, such as 336699".into()),
     }
 }
 

@@ -4,7 +4,7 @@ use super::{
     camera::{CameraArgs, MeshArgs},
     config,
     limits::MemoryArgs,
-    picture::{SampleArgs, StyleArgs, TransferArgs},
+    picture::{EdgeArgs, SampleArgs, StyleArgs, TransferArgs},
     series::FPS,
     trace::TraceArgs,
     values::{self, Size},
@@ -46,6 +46,9 @@ pub struct ViewArgs {
 
     #[command(flatten)]
     pub transfer: TransferArgs,
+
+    #[command(flatten)]
+    pub edges: EdgeArgs,
 
     #[command(flatten)]
     pub sampling: SampleArgs,
@@ -114,10 +117,12 @@ impl ViewArgs {
     fn look(&self, is_soft: bool) -> Result<Look, CliError> {
         let mut settings = self.trace.settings(self.size)?;
         self.sampling.apply(&mut settings, is_soft, SAMPLES_AT_REST)?;
+        let transfer = self.transfer.transfer(is_soft);
+        settings.edges = self.edges.edges(transfer);
         settings.validate()?;
         let picture = PictureOptions {
-            transfer: self.transfer.transfer(is_soft),
-            byte_transfer: self.transfer.transfer(is_soft),
+            transfer,
+            byte_transfer: transfer,
             backdrop: Backdrop::Scene,
             aovs: Vec::new(),
             z_step: Z_STEP,

@@ -218,7 +218,7 @@ fn furnished(
     loaded.add_to(&mut builder, None)?;
     if stage.ground {
         let material = builder.add_material(Material::Matte { color: ground_color })?;
-        builder.add_mesh(ground(stage.up, bounds, rig.center, rig.radius), material)?;
+        builder.add_mesh_without_edges(ground(stage.up, bounds, rig.center, rig.radius), material)?;
     }
     Ok(builder.finish())
 }

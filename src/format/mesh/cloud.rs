@@ -88,7 +88,7 @@ impl Cloud {
         }
         drop(self.lines);
         builder.add_spheres(spheres(points, each)?, material)?;
-        prisms.map_or(Ok(()), |prisms| builder.add_mesh(prisms, material))
+        prisms.map_or(Ok(()), |prisms| builder.add_mesh_without_edges(prisms, material))
     }
 }
 

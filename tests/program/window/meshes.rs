@@ -15,7 +15,10 @@ pub fn look_as_render_makes_them(screen: &Screen) {
             &["--style=clay", "--samples=auto", "--linear"],
             "up to 16 samples - done",
         ),
-        (&["--style=plain", "--samples=3", "--srgb"], "3 samples - done"),
+        (
+            &["--style=plain", "--samples=3", "--srgb", "--edges=2"],
+            "3 samples - done",
+        ),
         (
             &[
                 "--samples=16",
@@ -60,6 +63,11 @@ pub fn look_as_render_makes_them(screen: &Screen) {
     let mut viewer = Viewer::open_file(screen, "t.ply", &triangle("1"), SIZE, &["--samples=auto"]);
     viewer.wait_for_title("up to 16 samples - done");
     viewer.wait_for_picture("no options", &viewer.render(&[]), 0);
+    viewer.key("e");
+    let line = viewer.camera_options();
+    assert!(line.contains(" --edges=1"), "{line}");
+    let printed: Vec<&str> = line.split_whitespace().collect();
+    viewer.wait_for_picture(&line, &viewer.render(&printed), BELOW_MESSAGE);
     viewer.quit("q");
 }
 

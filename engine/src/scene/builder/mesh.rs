@@ -83,6 +83,22 @@ impl SceneBuilder {
         Ok(())
     }
 
+    /// Adds a mesh whose triangles show no edges in pictures: see `render::Edges`.
+    ///
+    /// # Errors
+    /// As [`SceneBuilder::add_mesh`].
+    pub fn add_mesh_without_edges(
+        &mut self,
+        mesh: TriangleMesh,
+        material: MaterialId,
+    ) -> Result<(), SceneError> {
+        let first = self.triangles.corners.len() as u32;
+        self.add_mesh(mesh, material)?;
+        let end = self.triangles.corners.len() as u32;
+        self.triangles.edgeless.push(first..end);
+        Ok(())
+    }
+
     /// Adds a mesh with one material per triangle.
     ///
     /// # Errors

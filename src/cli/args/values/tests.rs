@@ -120,6 +120,21 @@ fn frame_ranges() {
 }
 
 #[test]
+fn edges() {
+    for (text, expected) in [("1", 1.0), (".5", 0.5), ("100", 100.0), ("1e-3", 1e-3)] {
+        assert_eq!(edge_width(text), Ok(expected));
+    }
+    for text in ["0", "-1", "100.1", "inf", "nan", "", "1px", "1e-99"] {
+        assert!(edge_width(text).is_err(), "{text}");
+    }
+    assert_eq!(color("#01abFF"), Ok([1, 0xab, 255]));
+    assert_eq!(color("black"), Ok([0; 3]));
+    for text in ["scene", "transparent", "red", "12345", "1234567", ""] {
+        assert!(color(text).is_err(), "{text}");
+    }
+}
+
+#[test]
 fn crops() {
     let expected = Crop {
         x0: 1,
