@@ -55,18 +55,17 @@ def test_coordinates_are_those_of_the_mesh():
     far = octray.Mesh(CORNERS[:4] + [500000, 4000000, 7], FACES)
     near = octray.Mesh(CORNERS[:4], FACES)
     by = {"size": (48, 32), "style": "plain", "color_by": "x"}
-    expected = octray.render(near, **by, color_range=(0.25, 0.5))["color"]
-    assert np.array_equal(octray.render(far, **by, color_range=(500000.25, 500000.5))["color"], expected)
+    expected = octray.render(near, **by, color_range=(-1, 3))["color"]
+    assert np.array_equal(octray.render(far, **by, color_range=(499999, 500003))["color"], expected)
     assert not np.array_equal(octray.render(near, **by)["color"], expected)
 
 
 def test_colors_are_those_of_the_map():
     mesh = octray.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-    for values, color in (([3, 3, 3], [33, 144, 141]), (np.float32([np.nan]), [128] * 3), ([[0, 0, 0], [68, 1, 84]])):
-        options = {"color_range": (0, 1)} if values == [0, 0, 0] else {}
-        picture = octray.render(
-            mesh, (8, 8), {"from": "top"}, 1, "albedo", "plain", values=values, **options
-        )
+    cases = [([3, 3, 3], None, [32, 145, 140]), ([0, 0, 0], (0, 1), [68, 1, 84]), (np.float32([np.nan]), None, [128] * 3)]
+    for values, ends, color in cases:
+        options = {"values": values, "color_range": ends}
+        picture = octray.render(mesh, (8, 8), {"from": "top"}, 1, "albedo", "plain", **options)
         np.testing.assert_allclose(picture["albedo"][4, 4] * 255, color, atol=0.01)
 
 

@@ -6,7 +6,7 @@ use serde_json::Value;
 use std::{fs, path::Path};
 
 /// The first, the middle and the last colour of viridis.
-const VIRIDIS: [[u8; 3]; 3] = [[68, 1, 84], [33, 144, 141], [253, 231, 37]];
+const VIRIDIS: [[u8; 3]; 3] = [[68, 1, 84], [32, 145, 140], [253, 231, 37]];
 const GREY: [u8; 3] = [128; 3];
 
 /// The corners of three squares, from left to right.

@@ -190,17 +190,16 @@ fn show_pose(
     }
     let up = mesh.up_axis.unwrap_or(loaded.up);
     let around = poses.map(|poses| poses.around(&mut loaded));
-    let surface = match mesh.style {
-        Style::Clay => Surface::CLAY,
-        Style::Plain | Style::Studio => Surface::WHITE,
-    };
-    let legend = color::color(
-        &mut loaded,
-        around.as_ref(),
-        &mesh.color_by,
-        surface,
-        (path, memory),
-    )?;
+    let mut surface = Surface::WHITE;
+    if mesh.style == Style::Clay {
+        let diffuse = surface.diffuse;
+        surface = Surface {
+            diffuse,
+            ..Surface::CLAY
+        };
+    }
+    let (poses, limits) = (around.as_ref(), (path, memory));
+    let legend = color::color(&mut loaded, poses, &mesh.color_by, surface, limits)?;
     let framed = around.as_ref().unwrap_or(&loaded);
     let camera = plan.camera.for_mesh(framed, up, plan.aspect, mesh)?;
     let (offset, is_cloud) = (loaded.offset, loaded.cloud.is_some());
