@@ -17,7 +17,7 @@ pub(super) fn cover(
     covers: &mut Vec<F32x8>,
 ) {
     covers.clear();
-    // Neighbours mostly hit the same triangle.
+    // Neighbours mostly hit the same triangle. Tuned: see docs/lab-notes.md#edges-of-triangles
     let mut last: Option<((PrimitiveId, InstanceId), Option<TriangleEdges>)> = None;
     covers.extend((0..rays.rays.packets().len()).map(|p| {
         let of_lane = |lane| {
