@@ -166,6 +166,29 @@ fn lines_are_as_wide_in_distorted_and_slanted_pictures() {
 }
 
 #[test]
+fn triangles_behind_the_eye_have_edges() {
+    let floor = |side: f32| TriangleMesh {
+        x: vec![-side, side, side, -side],
+        y: vec![-side, side, -side, side],
+        z: vec![0.0; 4],
+        triangles: vec![[0, 1, 2], [0, 3, 1]],
+        ..TriangleMesh::default()
+    };
+    let (eye, target) = (DVec3::new(1.0, -1.0, 1.6), DVec3::new(6.0, 5.0, 0.0));
+    let camera = Camera::look_at(eye, target, DVec3::Z, 45.0).unwrap();
+    let settings = Settings {
+        edges: Some(edges(2.0)),
+        ..sized(64, 48, 4)
+    };
+    let [near, far] =
+        [20.0, 1000.0].map(|side| reds(&scene_of(floor(side)), &camera, settings)[24 * 64..].to_vec());
+    assert!(near.iter().any(|red| *red < 0.01));
+    for (near, far) in near.iter().zip(&far) {
+        assert!((near - far).abs() < 1e-3, "{near} {far}");
+    }
+}
+
+#[test]
 fn instances_have_the_edges_of_the_placed_mesh() {
     let placed = Transform::IDENTITY
         .then_scale(DVec3::new(0.2, -3.0, 1.5))

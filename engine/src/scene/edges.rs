@@ -87,7 +87,7 @@ impl EdgeLines {
         let face = (b - a).cross(c - a);
         // d·n at the corner opposite to an edge, times the corner's depth: the same for all three.
         let volume = if is_parallel { direction } else { a - origin }.dot(face).abs();
-        let mut height = f64::INFINITY;
+        let (mut height, mut is_in_front) = (f64::INFINITY, true);
         let normals = [(a, b, c), (b, c, a), (c, a, b)].map(|(p, q, opposite)| {
             let (normal, depth) = if is_parallel {
                 (direction.cross(q - p), 1.0)
@@ -96,12 +96,14 @@ impl EdgeLines {
             };
             let (x, y) = (across.dot(normal), down.dot(normal));
             let per_pixel = (x * x + y * y).sqrt();
-            // A triangle that ends behind the eye is large.
-            if depth > 0.0 {
-                height = height.min(volume / (depth * per_pixel));
-            }
+            height = height.min(volume / (depth.max(0.0) * per_pixel));
+            is_in_front &= depth > 0.0;
             normal / per_pixel
         });
+        // A triangle that reaches behind the eye is large.
+        if !is_in_front {
+            height = f64::INFINITY;
+        }
         let [none, all] = FAINT;
         let share = ((height / self.width.max(1.0) - none) / (all - none)).clamp(0.0, 1.0);
         Some(TriangleEdges {
