@@ -224,8 +224,9 @@ def _of_each(name: str, value, count: int) -> Sequence[Any]:
     if value is None:
         return [None] * count
     each = _arrays.items(value)
-    if each is None or isinstance(value, (str, bytes, Mapping)) or len(each) != count:
-        found = _arrays.shown(value) if each is None else f"{len(each)}"
+    is_list = each is not None and not isinstance(value, (str, bytes, Mapping))
+    if not is_list or len(each) != count:
+        found = f"{len(each)}" if is_list else _arrays.shown(value)
         raise ValueError(f"{name}: expected a list with an array or None for each of {count} meshes, found {found}")
     return each
 
