@@ -3,7 +3,9 @@
 use crate::program::{Folder, assert_contains, shipped_mesh};
 use image::Rgb;
 use serde_json::Value;
-use std::{fs, path::Path};
+use std::fs;
+
+mod attributes;
 
 /// The first, the middle and the last colour of viridis.
 const VIRIDIS: [[u8; 3]; 3] = [[68, 1, 84], [32, 145, 140], [253, 231, 37]];
@@ -247,147 +249,6 @@ fn points_have_colours() {
     );
     folder.write("a.ply", &format!("{lines}0 1\n1 2\n"));
     assert_near(shown(&folder, line), VIRIDIS, "lines");
-}
-
-/// Three triangles with the numbers 0, 1 and 3 for their vertices, under two names; the third primitive has none.
-fn triangles() -> String {
-    let mut bytes: Vec<u8> = Vec::new();
-    for left in [0.0_f32, 2.0, 4.0] {
-        let corners = [left, 0.0, 0.0, left + 1.0, 0.0, 0.0, left + 0.5, 1.0, 0.0];
-        bytes.extend(corners.iter().flat_map(|number| number.to_le_bytes()));
-    }
-    bytes.extend([[0_u8; 3], [1; 3], [3; 3]].as_flattened());
-    let uri = base64(&bytes);
-    let accessor = |i: usize| {
-        format!(
-            r#"{{"bufferView":0,"byteOffset":{},"componentType":5126,"count":3,"type":"VEC3"}},
-            {{"bufferView":1,"byteOffset":{},"componentType":5121,"count":3,"type":"SCALAR"}}"#,
-            36 * i,
-            3 * i
-        )
-    };
-    let primitive = |i: usize| {
-        format!(
-            r#"{{"attributes":{{"POSITION":{0},"_HEAT":{1},"_OTHER":{1},"_VECTOR":{0}}}}}"#,
-            2 * i,
-            2 * i + 1
-        )
-    };
-    format!(
-        r#"{{"asset":{{"version":"2.0"}},"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{},{},{}]}}],
-        "accessors":[{},{},{}],
-        "bufferViews":[{{"buffer":0,"byteLength":108}},{{"buffer":0,"byteOffset":108,"byteLength":9}}],
-        "buffers":[{{"byteLength":117,"uri":"data:;base64,{uri}"}}]}}"#,
-        primitive(0),
-        primitive(1),
-        primitive(2),
-        accessor(0),
-        accessor(1),
-        accessor(2)
-    )
-}
-
-fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    assert!(bytes.len().is_multiple_of(3));
-    let digits = |three: &[u8]| {
-        let bits = three.iter().fold(0, |bits, &byte| bits << 8 | u32::from(byte));
-        [18, 12, 6, 0].map(|shift| char::from(DIGITS[(bits >> shift) as usize & 63]))
-    };
-    bytes.chunks(3).flat_map(digits).collect()
-}
-
-#[test]
-fn attributes_of_gltf_are_colours() {
-    let folder = Folder::new();
-    let text = triangles();
-    folder.write("a.gltf", &text);
-    let [first, _, last] = VIRIDIS;
-    let found = shown(&folder, "a.gltf --color-by _HEAT");
-    assert_near([found[0], found[2], first], [first, last, first], "glTF");
-    let range = shown(&folder, "a.gltf --color-by _HEAT --color-range 0,1");
-    assert_near(range, [first, last, last], "a range");
-    // A primitive without the numbers.
-    let without = text.replacen(r#""_HEAT":3"#, r#""_COLD":3"#, 1);
-    folder.write("b.gltf", &without);
-    let found = shown(&folder, "b.gltf --color-by _HEAT");
-    assert_near(found, [first, GREY, last], "a part");
-    let info = folder.run_line("info a.gltf");
-    assert_contains(
-        info.succeeded().text(),
-        &["scalar             \"_HEAT\" of vertices, 0 to 3\n"],
-    );
-    for (file, name, words) in [
-        (
-            "a.gltf",
-            "_heat",
-            "the file has `_HEAT`, `_OTHER` of vertices; x, y",
-        ),
-        (
-            "a.gltf",
-            "HEAT",
-            "no scalar property `HEAT`: the file has `_HEAT`",
-        ),
-        ("a.gltf", "POSITION", "no scalar property `POSITION`"),
-        (
-            "a.gltf",
-            "_VECTOR",
-            "`_VECTOR` of vertices is a vector, expected one number",
-        ),
-    ] {
-        folder.fails(&[file, "--color-by", name], 2, words);
-    }
-    folder.write(
-        "c.gltf",
-        &text.replace(r#""count":3,"type":"SCALAR""#, r#""count":2,"type":"SCALAR""#),
-    );
-    let words = "accessors[1] has 2 numbers, but the primitive has 3 vertices";
-    folder.fails(&["c.gltf", "--color-by", "_HEAT"], 1, words);
-    folder.run_line("c.gltf -s 8x8 -q").succeeded();
-}
-
-/// Numbers that Draco has compressed: texture coordinates under another name.
-#[test]
-fn attributes_may_be_compressed() {
-    let folder = Folder::new();
-    let seed = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds/gltf/draco.glb");
-    // Not in the package.
-    let Ok(glb) = fs::read(seed) else { return };
-    let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
-    let (json, rest) = glb[20..].split_at(length);
-    let json = std::str::from_utf8(json).unwrap().trim_end();
-    for (name, id) in [("a.glb", r#""_U":2,"#), ("b.glb", "")] {
-        let mut json = json
-            .replace(r#""POSITION":1,"#, r#""_U":5,"POSITION":1,"#)
-            .replace(r#""POSITION":0,"#, &format!(r#"{id}"POSITION":0,"#))
-            .replace(
-                r#""count":42,"type":"VEC4"}]"#,
-                r#""count":42,"type":"VEC4"},{"componentType":5126,"count":42,"type":"SCALAR"}]"#,
-            );
-        json += &" ".repeat(json.len().next_multiple_of(4) - json.len());
-        let size = |bytes: usize| (bytes as u32).to_le_bytes();
-        let whole = [
-            &glb[..8],
-            &size(20 + json.len() + rest.len()),
-            &size(json.len()),
-            b"JSON",
-            json.as_bytes(),
-            rest,
-        ];
-        fs::write(folder.path(name), whole.concat()).unwrap();
-    }
-    let info = folder.run_line("info a.glb");
-    assert_contains(info.succeeded().text(), &["\"_U\" of vertices, 0 to 1\n"]);
-    let picture = |options: &str| {
-        folder
-            .run_line(&format!("a.glb -s 16x16 -q -o a.ppm {options}"))
-            .succeeded();
-        fs::read(folder.path("a.ppm")).unwrap()
-    };
-    assert!(picture("--color-by _U") != picture("--color-by _U --color-range 1,0"));
-    // Announced, but not there.
-    folder.run_line("info b.glb").succeeded();
-    folder.fails(&["b.glb", "--color-by", "_U"], 1, "has no _U");
 }
 
 #[test]

@@ -63,7 +63,7 @@ pub const COLORS: usize = 256;
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 pub struct ColorMap(usize);
 
-/// The maps, as matplotlib names them. Its `rainbow` is another one.
+/// The maps, by matplotlib's names. Its `rainbow` is another one, and most of the others differ a little.
 const MAPS: [(&str, Gradient); 17] = [
     ("viridis", colorous::VIRIDIS),
     ("magma", colorous::MAGMA),

@@ -53,6 +53,11 @@ fn text((name, of): (&str, &str), range: (Option<f64>, Option<f64>)) -> String {
 
 /// A number with as many digits as it needs.
 fn short(value: f64) -> String {
+    /// Whole numbers below this are exact, also as `i64`.
+    const WHOLE: f64 = (1_u64 << 53) as f64;
+    if value.fract() == 0.0 && value.abs() < WHOLE {
+        return (value as i64).to_string();
+    }
     let single = value as f32;
     let text = if f64::from(single) == value {
         format!("{single:?}")
@@ -68,7 +73,7 @@ mod tests {
 
     #[test]
     fn numbers_are_short() {
-        let found = [0.1_f32.into(), 0.1, 3.0, -1e300, 1e-9].map(short);
-        assert_eq!(found, ["0.1", "0.1", "3", "-1e300", "1e-9"]);
+        let found = [0.1_f32.into(), 0.1, 3.0, -2_147_483_648.0, -1e300, 1e-9].map(short);
+        assert_eq!(found, ["0.1", "0.1", "3", "-2147483648", "-1e300", "1e-9"]);
     }
 }

@@ -1,6 +1,7 @@
 //! The elements of an accessor: numbers in a buffer, read one at a time.
 
 use super::buffers::Bytes;
+use crate::format::mesh::Range;
 use gltf::accessor::DataType;
 
 /// The elements of an accessor.
@@ -68,6 +69,30 @@ impl Elements<'_> {
         let value = number(self.kind, bytes);
         self.scale
             .map_or(value, |scale| (value / f64::from(scale)).max(-1.0))
+    }
+
+    /// How many elements are stored. Without a dense part, those that nothing replaces are not.
+    pub(super) fn stored(&self) -> usize {
+        match (&self.dense, &self.replacements) {
+            (Some(_), _) => self.count,
+            (None, Some(replacements)) => replacements.order.len(),
+            (None, None) => 0,
+        }
+    }
+
+    /// The range of single numbers.
+    pub(super) fn range(&self) -> Range {
+        let order = match (&self.dense, &self.replacements) {
+            (Some(_), _) => return Range::of((0..self.count).map(|i| self.value(i))),
+            (None, Some(replacements)) => replacements.order.as_slice(),
+            (None, None) => &[],
+        };
+        let replaced = Range::of(order.iter().map(|&[element, _]| self.value(element as usize)));
+        if order.len() < self.count {
+            replaced.with(0.0)
+        } else {
+            replaced
+        }
     }
 
     /// The numbers of the joints of vertex `i`.

@@ -22,8 +22,10 @@ pub(super) struct Scalars<'d> {
     document: Option<&'d Document>,
     meshes: Vec<Mesh>,
     ranges: BTreeMap<String, Range>,
-    /// The accessors whose ranges are known: many primitives may share one.
-    counted: BTreeSet<usize>,
+    /// The ranges of accessors, which many primitives and names may share.
+    counted: BTreeMap<usize, Range>,
+    /// How many numbers were counted. Accessors may overlap, so that a small file has more than anyone waits for.
+    work: usize,
 }
 
 /// The parts of the JSON that matter here.
@@ -46,6 +48,14 @@ struct Primitive {
     attributes: BTreeMap<String, usize>,
 }
 
+/// Whether JSON may have names that begin with `_`, perhaps escaped.
+fn has_own(text: &[u8]) -> bool {
+    super::has(text, "\"_") || super::has(text, "\"\\u005")
+}
+
+/// How many numbers are counted for each byte of the files. More of them overlap, unless they are compressed that well.
+const MOST_COUNTED: usize = 16;
+
 impl<'d> Scalars<'d> {
     /// Reads the JSON once more, but only if numbers are wanted and there are some.
     ///
@@ -58,7 +68,7 @@ impl<'d> Scalars<'d> {
         wanted: &Wanted,
     ) -> Result<Self, LoadError> {
         let mut meshes = Vec::new();
-        if matches!(wanted, Wanted::Named(_) | Wanted::Ranges) && super::has(text, "\"_") {
+        if matches!(wanted, Wanted::Named(_) | Wanted::Ranges) && has_own(text) {
             let file: File = json::deserialize::from_slice(text).map_err(|error| {
                 let place = [error.line(), error.column()];
                 LoadError::in_json(path, place, "not valid attributes", &error.to_string())
@@ -143,25 +153,42 @@ impl<'d> Scalars<'d> {
         listed.collect()
     }
 
-    /// Counts numbers.
-    fn count(&mut self, name: String, elements: &Elements<'_>) {
-        if self.counted.insert(elements.accessor) {
-            let range = self.ranges.entry(name).or_default();
-            *range = range.and(Range::of((0..elements.count).map(|i| elements.value(i))));
-        }
+    /// Counts numbers, at most `most` of the whole file.
+    fn count(&mut self, name: String, elements: &Elements<'_>, most: usize) {
+        let counted = match self.counted.get(&elements.accessor) {
+            Some(&range) => range,
+            None => {
+                self.work = self.work.saturating_add(elements.stored());
+                if self.work > most {
+                    return;
+                }
+                let range = elements.range();
+                self.counted.insert(elements.accessor, range);
+                range
+            }
+        };
+        let range = self.ranges.entry(name).or_default();
+        *range = range.and(counted);
     }
 }
 
 impl<'a> Buffers<'a> {
-    /// The numbers of a primitive that are shown. If ranges are wanted instead, they are counted.
-    pub(super) fn values(&mut self, primitive: [usize; 2]) -> Result<Option<Rc<Elements<'a>>>, LoadError> {
+    /// The numbers of a primitive that are shown. If ranges are wanted instead, those of its `vertices` are counted.
+    pub(super) fn values(
+        &mut self,
+        primitive: [usize; 2],
+        vertices: usize,
+    ) -> Result<Option<Rc<Elements<'a>>>, LoadError> {
+        let most = self.size().saturating_mul(MOST_COUNTED);
         for (name, accessor) in self.scalars().of_primitive(primitive) {
             if self.scalars().is_named() {
                 return self.numbers(&accessor).map(Some);
             }
             // What is not shown may be faulty.
-            if let Ok(elements) = self.numbers(&accessor) {
-                self.scalars_mut().count(name, &elements);
+            if let Ok(elements) = self.numbers(&accessor)
+                && elements.count == vertices
+            {
+                self.scalars_mut().count(name, &elements, most);
             }
         }
         Ok(None)

@@ -130,7 +130,7 @@ impl<'a> Shape<'a> {
             Some(normals) => Some(buffers.vectors(&normals)?),
             None => None,
         };
-        let values = buffers.values([mesh, primitive.index()])?;
+        let values = buffers.values([mesh, primitive.index()], positions.count)?;
         let shows_colors = buffers.scalars().shows_colors();
         let colors = match primitive.get(&Semantic::Colors(0)).filter(|_| shows_colors) {
             Some(colors) => Some(buffers.colors(&colors)?),

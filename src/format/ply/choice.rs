@@ -37,9 +37,29 @@ const COORDINATES: [&str; 10] = [
     "texnumber",
 ];
 
-/// Whether a property of this name is part of a colour, or places a texture.
-pub(super) fn is_color_or_coordinate(name: &str) -> bool {
-    COLORS.contains(&name) || COORDINATES.contains(&name)
+/// The channels without which there is no colour.
+const WHOLE_COLORS: [&[&str]; 3] = [
+    &["red", "green", "blue"],
+    &["diffuse_red", "diffuse_green", "diffuse_blue"],
+    &["r", "g", "b"],
+];
+
+/// The coordinates without which there is no place in a texture.
+const WHOLE_COORDINATES: [&[&str]; 5] = [
+    &["s", "t"],
+    &["u", "v"],
+    &["texture_u", "texture_v"],
+    &["texture_s", "texture_t"],
+    &["texcoord"],
+];
+
+/// Whether a property of this name, of an element with all of these, is part of a colour, or places a texture.
+pub(super) fn is_color_or_coordinate(name: &str, all: &[String]) -> bool {
+    let has = |other: &str| all.iter().any(|name| name == other);
+    let is_part = |groups: &[&[&str]], parts: &[&str]| {
+        parts.contains(&name) && groups.iter().any(|group| group.iter().all(|part| has(part)))
+    };
+    is_part(&WHOLE_COLORS, &COLORS) || is_part(&WHOLE_COORDINATES, &COORDINATES)
 }
 
 impl Header {

@@ -125,7 +125,9 @@ impl Header {
 fn scalars_of(element: &Element) -> impl Iterator<Item = usize> {
     let properties = element.steps.iter().zip(&element.property_names).enumerate();
     let is_scalar = |step: &Step, name: &str| {
-        element.count > 0 && matches!(step, Step::Skip(_)) && !is_color_or_coordinate(name)
+        element.count > 0
+            && matches!(step, Step::Skip(_))
+            && !is_color_or_coordinate(name, &element.property_names)
     };
     properties.filter_map(move |(i, (step, name))| is_scalar(step, name).then_some(i))
 }
