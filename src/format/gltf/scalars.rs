@@ -155,17 +155,16 @@ impl<'d> Scalars<'d> {
 
     /// Counts numbers, at most `most` of the whole file.
     fn count(&mut self, name: String, elements: &Elements<'_>, most: usize) {
-        let counted = match self.counted.get(&elements.accessor) {
-            Some(&range) => range,
-            None => {
-                self.work = self.work.saturating_add(elements.stored());
-                if self.work > most {
-                    return;
-                }
-                let range = elements.range();
-                self.counted.insert(elements.accessor, range);
-                range
+        let counted = if let Some(&range) = self.counted.get(&elements.accessor) {
+            range
+        } else {
+            self.work = self.work.saturating_add(elements.stored());
+            if self.work > most {
+                return;
             }
+            let range = elements.range();
+            self.counted.insert(elements.accessor, range);
+            range
         };
         let range = self.ranges.entry(name).or_default();
         *range = range.and(counted);
