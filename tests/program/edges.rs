@@ -62,6 +62,14 @@ fn edges_are_a_default() {
         let made = triangle(&folder, "--config=edges.toml");
         assert!(made == triangle(&folder, options), "{defaults}");
     }
+    // An option of the command line may need one of the file.
+    folder.write("edges.toml", "edges = 2");
+    let made = triangle(&folder, "--config=edges.toml --edge-color=ff0000");
+    assert!(made == triangle(&folder, "--edges=2 --edge-color=ff0000"));
+    folder.write("none.toml", "ground = false");
+    for config in ["--config=none.toml", "--no-config"] {
+        folder.fails(&["a.obj", config, "--edge-color=ff0000"], 2, "--edges");
+    }
     folder.write("edges.toml", "edges = 'wide'");
     let run = folder.run(&["a.obj", "--config=edges.toml"]);
     assert!(

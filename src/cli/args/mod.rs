@@ -37,7 +37,7 @@ use super::{
     report::{self, version},
 };
 use crate::error::clip;
-use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand, error::ErrorKind};
 use std::ffi::{OsStr, OsString};
 
 /// A fast CPU ray tracer for scenes of triangle meshes and spheres.
@@ -113,9 +113,18 @@ pub fn plan(arguments: Vec<OsString>) -> Result<Option<Plan>, CliError> {
     if let Some(why) = usage::one_dash(&arguments).or_else(|| usage::two_pages(&arguments)) {
         return Err(CliError::Usage(why));
     }
-    let (cli, matches) = match parse(&arguments) {
+    let mut missing = None;
+    let parsed = parse(&arguments).or_else(|answer| {
+        if answer.kind() != ErrorKind::MissingRequiredArgument {
+            return Err(answer);
+        }
+        // The config file may have the option that another one needs.
+        missing = Some(answer);
+        parsed_by(definition().ignore_errors(true), &arguments)
+    });
+    let (cli, matches) = match parsed {
         Ok(parsed) => parsed,
-        Err(answer) => return show(answer, &arguments),
+        Err(answer) => return show(missing.unwrap_or(answer), &arguments),
     };
     // Without the defaults of the config file that are not for this command, nor an option of it.
     let with_defaults = |option: Option<&str>| {
@@ -127,7 +136,10 @@ pub fn plan(arguments: Vec<OsString>) -> Result<Option<Plan>, CliError> {
         config::with_defaults(&arguments, given, &args.config, &ignored)
     };
     let plan = match with_defaults(None)? {
-        None => cli.command.plan(&matches),
+        None => match missing {
+            Some(answer) => return show(answer, &arguments),
+            None => cli.command.plan(&matches),
+        },
         Some(all) => match parse(&all.arguments) {
             Err(answer) => return show(answer, &all.arguments),
             Ok(parsed) => {
@@ -200,7 +212,11 @@ impl Command {
 }
 
 fn parse(arguments: &[OsString]) -> Result<(Cli, ArgMatches), clap::Error> {
-    let matches = definition().try_get_matches_from(arguments)?;
+    parsed_by(definition(), arguments)
+}
+
+fn parsed_by(definition: clap::Command, arguments: &[OsString]) -> Result<(Cli, ArgMatches), clap::Error> {
+    let matches = definition.try_get_matches_from(arguments)?;
     let cli = Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut Cli::command()))?;
     Ok((cli, matches))
 }
