@@ -1,5 +1,5 @@
 //! The closest point of the geometry: eight boxes at a time in `f32` to cull, then triangle by triangle in `f64`. Instances
-//! are searched by the same code ([`super::instanced`]).
+//! are searched by the same code (`query/instanced/nearest.rs`).
 //!
 //! Regions of a triangle as in Ericson, *Real-Time Collision Detection*, 2005, section 5.1.5. Differs: a point on an
 //! edge is computed from its ends in the order of their coordinates, so that two triangles with that edge give the same
