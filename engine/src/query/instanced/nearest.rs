@@ -1,8 +1,9 @@
 //! The closest point of placed geometries: a search of the instances' boxes, and below each of a prototype's.
 //!
 //! In a prototype's space another point may be the nearest, so all distances are those of the scene. A box is no nearer than
-//! the box around its image, nor than its distance in the prototype's space times the transform's least scale: the first is
-//! better for stretched instances, the second for turned ones. Corners of triangles are placed in `f64`.
+//! the box around its image, nor than its distance in the prototype's space times the transform's least scale. Corners of
+//! triangles are placed in `f64`.
+// Both bounds pay: see docs/lab-notes.md#closest-points
 
 use super::{InstancedGeometry, InstancedHit, ellipsoid::on_ellipsoid};
 use crate::{
