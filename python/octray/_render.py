@@ -235,7 +235,7 @@ def _values(source, options, colors: list[str]) -> dict[str, Any]:
     """Return the numbers that are shown as colours. ``colors`` are the names of given colours."""
     values, by, ends = (options[name] for name in ("values", "color_by", "color_range"))
     given = [name for name in ("values", "color_by") if options[name] is not None]
-    if len([*given, *colors]) > 1:
+    if given and len([*given, *colors]) > 1:
         raise ValueError(f"{given[-1]}: expected {' or '.join([*colors, *given])}, found more than one")
     if given and isinstance(source, Scene):
         raise ValueError(f"{given[0]}: expected None for a Scene, whose meshes take vertex_colors or face_colors")
