@@ -160,7 +160,7 @@ impl<G: Send + Sync> Shared<G> {
         })
     }
 
-    /// The columns of closest points; `of` returns that of an answer. Where there is none, NaN, NaN and -1.
+    /// The columns of closest points; `of` returns that of an answer. A point without an answer has NaN, NaN and -1.
     pub fn closest_columns<'py, C>(
         &self,
         py: Python<'py>,

@@ -109,9 +109,8 @@ pub struct MeshArgs {
     #[arg(long, value_name = "DIAMETER", value_parser = values::diameter, allow_negative_numbers = true)]
     pub point_size: Option<f32>,
 
-    /// Show numbers as colours, instead of all others: x, y or z, the coordinates in the file, or a scalar property of the
-    /// vertices or faces of a PLY file or of the vertices of a glTF file, by name, such as quality. octray info lists those
-    /// of a file
+    /// Show numbers as colours, instead of all others. NAME is x, y or z, a coordinate in the file, or the name of a scalar
+    /// property: of vertices or faces in a PLY file, of vertices in a glTF file. octray info lists the names in a file
     #[arg(long, value_name = "NAME")]
     pub color_by: Option<String>,
 

@@ -190,14 +190,13 @@ fn show_pose(
     }
     let up = mesh.up_axis.unwrap_or(loaded.up);
     let around = poses.map(|poses| poses.around(&mut loaded));
-    let mut surface = Surface::WHITE;
-    if mesh.style == Style::Clay {
-        let diffuse = surface.diffuse;
-        surface = Surface {
-            diffuse,
+    let surface = match mesh.style {
+        Style::Clay => Surface {
+            diffuse: Surface::WHITE.diffuse,
             ..Surface::CLAY
-        };
-    }
+        },
+        _ => Surface::WHITE,
+    };
     let (poses, limits) = (around.as_ref(), (path, memory));
     let legend = color::color(&mut loaded, poses, &mesh.color_by, surface, limits)?;
     let framed = around.as_ref().unwrap_or(&loaded);
@@ -285,7 +284,8 @@ pub struct Bare {
     pub(in crate::cli) scalars: Vec<Scalar>,
 }
 
-/// Loads a scene, or a mesh without studio light, with its lights, cameras and notes. It may take `memory` bytes. Adds every file that was opened to `files`.
+/// Loads a scene, or a mesh without studio light, with its lights, cameras and notes. It may take `memory` bytes. Adds every
+/// file that was opened to `files`.
 ///
 /// # Errors
 /// [`CliError`].

@@ -153,13 +153,17 @@ impl<'d> Scalars<'d> {
         listed.collect()
     }
 
-    /// Counts numbers, at most `most` of the whole file.
+    /// Counts numbers. If the file has more than `most`, no range is known: a part of the numbers would give a wrong one.
     fn count(&mut self, name: String, elements: &Elements<'_>, most: usize) {
+        if self.work > most {
+            return;
+        }
         let counted = if let Some(&range) = self.counted.get(&elements.accessor) {
             range
         } else {
             self.work = self.work.saturating_add(elements.stored());
             if self.work > most {
+                self.ranges.clear();
                 return;
             }
             let range = elements.range();
