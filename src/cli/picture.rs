@@ -221,6 +221,7 @@ pub fn picture(
         backdrop: request.backdrop,
         aovs: Vec::new(),
         z_step: Z_STEP,
+        has_color_bar: false,
     };
     let mut picture = write::Picture::new(format, &options);
     picture.render(&mut renderer, &input.camera, &settings, on_progress)?;

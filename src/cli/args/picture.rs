@@ -39,6 +39,11 @@ pub struct PictureArgs {
 
     #[command(flatten)]
     pub edges: EdgeArgs,
+
+    /// Draw the colours of --color-by and their numbers over the right side of the picture, which needs at least 160x120
+    /// pixels
+    #[arg(long, requires = "color_by")]
+    pub color_bar: bool,
 }
 
 /// The edges of triangles.
@@ -160,6 +165,7 @@ impl PictureArgs {
             backdrop: self.background.unwrap_or_default(),
             aovs: self.aovs.clone(),
             z_step: self.z_step.unwrap_or(Z_STEP),
+            has_color_bar: self.color_bar,
         }
     }
 

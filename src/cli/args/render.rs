@@ -14,12 +14,13 @@ use crate::{
         CliError, load,
         plan::{
             ANIMATION, CameraOptions, ConfigDefault, FIT, FOCUS, FOR_MESHES, Job, JsonTarget, Look, Looks,
-            MeshOptions, Pictures, Planned, Playing, PoseFile, RenderPlan, StartView, check_inputs,
-            check_pattern, explained, has_number, is_standard_stream,
+            MeshOptions, PictureOptions, Pictures, Planned, Playing, PoseFile, RenderPlan, StartView,
+            check_inputs, check_pattern, explained, has_number, is_standard_stream,
         },
-        write::{AovKind, Output, is_foreign},
+        write::{AovKind, Output, SMALLEST_WITH_BAR, is_foreign},
     },
     error::clip_path,
+    render::Settings,
     whole_file::follow_links,
 };
 use clap::Args;
@@ -109,10 +110,30 @@ impl RenderArgs {
             .apply(&mut settings, is_soft, usual_samples(is_soft))?;
         let is_exr = self.output.as_deref().and_then(Path::extension);
         let is_exr = is_exr.is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
-        let picture = self.picture.options(is_soft, is_exr);
+        let mut picture = self.picture.options(is_soft, is_exr);
+        self.check_color_bar(&settings, &mut picture)?;
         settings.edges = self.picture.edges.edges(picture.byte_transfer);
         settings.validate()?;
         Ok(Look { settings, picture })
+    }
+
+    /// Leaves out the bar of the config file if the picture has no room for it.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] if the command line asks for it.
+    fn check_color_bar(&self, settings: &Settings, picture: &mut PictureOptions) -> Result<(), CliError> {
+        let [width, height] = SMALLEST_WITH_BAR;
+        if settings.width >= width && settings.height >= height {
+            return Ok(());
+        }
+        if picture.has_color_bar && !self.is_default("color_bar") {
+            return Err(CliError::Usage(format!(
+                "--color-bar needs a picture of at least {width}x{height} pixels, found {}x{}",
+                settings.width, settings.height
+            )));
+        }
+        picture.has_color_bar = false;
+        Ok(())
     }
 
     /// How pictures of that size are made.

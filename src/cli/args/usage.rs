@@ -9,7 +9,7 @@ use clap::{
 use std::{ffi::OsString, path::Path};
 
 /// Options of other renderers, and what octray has instead.
-const ELSEWHERE: [(&[&str], &str); 26] = [
+const ELSEWHERE: [(&[&str], &str); 27] = [
     (
         &[
             "--width",
@@ -97,6 +97,10 @@ const ELSEWHERE: [(&[&str], &str); 26] = [
     (
         &["--scalars", "--scalar", "--coloring-array", "--color-array"],
         "--color-by NAME, such as --color-by quality or --color-by z; octray info lists the names",
+    ),
+    (
+        &["--bar", "--scalar-bar", "--colorbar", "--legend"],
+        "--color-bar with --color-by NAME",
     ),
     (
         &["--cmap", "--colormap", "--palette"],

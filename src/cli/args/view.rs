@@ -126,6 +126,7 @@ impl ViewArgs {
             backdrop: Backdrop::Scene,
             aovs: Vec::new(),
             z_step: Z_STEP,
+            has_color_bar: false,
         };
         Ok(Look { settings, picture })
     }

@@ -23,7 +23,7 @@ use crate::{
         },
         process::Interrupt,
         report::{self, RenderBar, RenderReport, Times, Verdicts, Written},
-        write::{Animation, Inputs, Output, Sheet, json_line, write_json},
+        write::{Animation, ColorBar, Inputs, Output, Sheet, json_line, write_json},
     },
     error::clip_path,
     render::Renderer,
@@ -404,6 +404,11 @@ impl Call<'_> {
         bar.clear();
         let (stats, aovs) = rendered?;
         interrupt.check()?;
+        let legend = loaded.legend.filter(|_| options.has_color_bar);
+        if let Some(bar) = legend.and_then(|legend| ColorBar::new(legend, [settings.width, settings.height]))
+        {
+            picture.draw(&bar, settings.window(), options.byte_transfer);
+        }
 
         let (written, write_time) = timed(|| {
             if let Some(aovs) = &aovs {

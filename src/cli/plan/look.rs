@@ -88,4 +88,6 @@ pub struct PictureOptions {
     pub aovs: Vec<AovKind>,
     /// Units of a step of depth in a PNG file.
     pub z_step: f64,
+    /// Whether the numbers of colours are explained in the picture.
+    pub has_color_bar: bool,
 }

@@ -1,10 +1,12 @@
 //! A picture in the kind of pixels that its file will hold.
 
-use super::{encode::Format, exr_layers::Channel, place::Place};
+use super::{color_bar::ColorBar, encode::Format, exr_layers::Channel, place::Place};
 use crate::{
     cli::plan::{Backdrop, PictureOptions},
     math::srgb::decode,
-    render::{ByteFilm, Film, FrameStats, OnProgress, RenderError, Renderer, Settings, Transfer, quantize},
+    render::{
+        ByteFilm, Crop, Film, FrameStats, OnProgress, RenderError, Renderer, Settings, Transfer, quantize,
+    },
     scene::Camera,
 };
 use std::borrow::Cow;
@@ -129,6 +131,27 @@ impl Picture {
 }
 
 impl Picture {
+    /// Draws a bar over the picture, or over a crop of it. Its colours are bytes of that `transfer`.
+    pub fn draw(&mut self, bar: &ColorBar<'_>, window: Crop, transfer: Transfer) {
+        bar.draw(&mut |[x, y], color| {
+            if !(window.x0..window.x1).contains(&x) || !(window.y0..window.y1).contains(&y) {
+                return;
+            }
+            let (x, y) = (x - window.x0, y - window.y0);
+            let at = y as usize * window.width() as usize + x as usize;
+            match &mut self.pixels {
+                Pixels::Bytes(film) => film.pixels_mut()[at] = color,
+                Pixels::Linear(film) => film.pixels_mut()[at] = linear(transfer, color),
+                Pixels::Transparent(film) => {
+                    let [r, g, b] = linear(transfer, color);
+                    film.pixels_mut()[at] = [r, g, b, 1.0];
+                }
+                // Only AOVs are grey.
+                Pixels::Gray { .. } => {}
+            }
+        });
+    }
+
     /// Width and height, pixels.
     pub fn size(&self) -> [u32; 2] {
         match &self.pixels {

@@ -1,24 +1,20 @@
 //! Contact sheets: all pictures of a call in one, each with its name below.
 
 use super::{
+    letters::{LETTER, fitting, ink},
     output::Output,
     picture::{Picture, Pixels},
 };
 use crate::{cli::CliError, render::ByteFilm};
-use font8x8::legacy::BASIC_LEGACY;
 
 /// Pixels between pictures, and around them.
 const GAP: u32 = 8;
 /// Rows of a name.
 const NAME: u32 = 16;
-/// Side of a letter, pixels.
-const LETTER: u32 = 8;
 
 const PAPER: [u8; 3] = [255; 3];
 const INK: [u8; 3] = [40; 3];
 const GREY: [u8; 3] = [140; 3];
-/// Where a name was cut.
-const CUT: &str = "..";
 
 /// A sheet that is being filled, row by row.
 pub struct Sheet {
@@ -89,21 +85,14 @@ impl Sheet {
     }
 
     /// Writes a line below a picture, in the middle.
-    fn write(&mut self, name: &str, [left, top]: [u32; 2], ink: [u8; 3]) {
+    fn write(&mut self, name: &str, [left, top]: [u32; 2], color: [u8; 3]) {
         let most = (self.cell[0] / LETTER) as usize;
         let letters = fitting(name, most);
         let first = left + (self.cell[0] - letters.len() as u32 * LETTER) / 2;
         let row_length = self.film.width() as usize;
         let pixels = self.film.pixels_mut();
-        for (i, letter) in (0..).zip(letters) {
-            let glyph = BASIC_LEGACY
-                .get(letter as usize)
-                .unwrap_or(&BASIC_LEGACY['?' as usize]);
-            for (y, bits) in (top..).zip(glyph) {
-                for x in (0..LETTER).filter(|x| bits >> x & 1 == 1) {
-                    pixels[y as usize * row_length + (first + i * LETTER + x) as usize] = ink;
-                }
-            }
+        for [x, y] in ink(letters) {
+            pixels[(top + y) as usize * row_length + (first + x) as usize] = color;
         }
     }
 
@@ -114,23 +103,6 @@ impl Sheet {
     pub fn finish(self, output: &Output) -> Result<(), CliError> {
         output.write(&mut Picture::from(Pixels::Bytes(self.film)))
     }
-}
-
-/// A name of at most that many letters; one that is too long loses its middle, since names differ at their ends.
-fn fitting(name: &str, most: usize) -> Vec<char> {
-    let letters: Vec<char> = name.chars().collect();
-    let kept = most.saturating_sub(CUT.len());
-    if letters.len() <= most || kept < 2 {
-        return letters.into_iter().take(most).collect();
-    }
-    let (head, tail) = (kept.div_ceil(2), kept / 2);
-    let tail = &letters[letters.len() - tail..];
-    letters[..head]
-        .iter()
-        .copied()
-        .chain(CUT.chars())
-        .chain(tail.iter().copied())
-        .collect()
 }
 
 #[cfg(test)]

@@ -9,15 +9,6 @@ fn sizes() {
 }
 
 #[test]
-fn long_names_keep_both_ends() {
-    let fitting = |most| fitting("truck-1.glb", most).into_iter().collect::<String>();
-    assert_eq!(fitting(11), "truck-1.glb");
-    assert_eq!(fitting(10), "truc...glb");
-    assert_eq!(fitting(7), "tru..lb");
-    assert_eq!(fitting(2), "tr");
-}
-
-#[test]
 fn long_names_and_odd_letters_stay_in_their_place() {
     let mut sheet = Sheet::new([20, 10], 2, 3).expect("memory");
     for name in ["a name that is too long", "\u{1f600}\u{7}", ""] {
