@@ -14,6 +14,9 @@ use crate::{
 /// Subtrees still to visit. A small box meets few; if there are more, something opaque may be among them.
 const STACK: usize = 64;
 
+/// Blocks of primitives that are looked at: more cost more than the short rays that they may save.
+const BLOCKS: usize = 16;
+
 /// Rounding of a point's distance to a plane, as a share of coordinates.
 const PLANE_ERROR: f32 = 4e-6;
 
@@ -33,7 +36,7 @@ impl Tracer<'_> {
         }
         let mut stack = [Child::NONE; STACK];
         stack[0] = self.bvh.root();
-        let mut count = 1;
+        let (mut count, mut blocks) = (1, 0);
         while count > 0 {
             count -= 1;
             let child = stack[count];
@@ -41,7 +44,8 @@ impl Tracer<'_> {
                 continue;
             }
             if !child.is_inner() {
-                if self.has_opaque(scene, child, bounds, except) {
+                blocks += 1;
+                if blocks > BLOCKS || self.has_opaque(scene, child, bounds, except) {
                     return true;
                 }
                 continue;
@@ -70,7 +74,7 @@ impl Tracer<'_> {
         let ids = self.bvh.leaf_ids(block);
         ids[..block.count()].iter().any(|&id| {
             let id = PrimitiveId(id);
-            if Some(id) == except {
+            if Some(id) == except || !scene.may_be_opaque(scene.material_of(id)) {
                 return false;
             }
             let own = match scene.primitive(id) {
@@ -80,7 +84,7 @@ impl Tracer<'_> {
             };
             let own = padded(own);
             let meets = own.lower.cmple(bounds.upper) & own.upper.cmpge(bounds.lower);
-            meets.all() && scene.may_be_opaque(scene.material_of(id))
+            meets.all()
         })
     }
 }
