@@ -151,7 +151,7 @@ fn binary(source: &impl Pieces, path: &Path, budget: &Budget) -> Result<Option<L
         return refused(format!("the header promises 0 facets, but {extra} bytes follow"));
     }
     // The scene would refuse it later.
-    if let Err(error) = check_memory([count, 0, 3 * count], budget.limit()) {
+    if let Err(error) = check_memory([count, 0, 3 * count], 0, budget.limit()) {
         return Err(Reason::from(error).of_file(path));
     }
     let mut mesh = TriangleMesh::default();

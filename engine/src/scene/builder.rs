@@ -3,12 +3,14 @@
 
 mod instances;
 mod lights;
+mod memory;
 mod mesh;
 mod offset;
 mod spheres;
 mod textures;
 
 pub use instances::INSTANCE_BYTES;
+pub use memory::{BVH_BYTES, check_memory};
 pub use mesh::TriangleMesh;
 pub use spheres::SphereCloud;
 pub(super) use {instances::bounds as placed_bounds, mesh::expect_length};
@@ -39,17 +41,8 @@ pub const MAX_LIGHTS: usize = 1024;
 #[doc(hidden)]
 pub const MAX_TEXTURES: usize = 10_000;
 
-/// Peak memory of building the BVH, the BVH included, bytes per primitive.
-// Tuned: see docs/lab-notes.md#bvh-bytes
-pub const BVH_BYTES: u64 = 100;
-/// Corners and material.
-const TRIANGLE_BYTES: u64 = 16;
-/// Centre, radius and material.
-const SPHERE_BYTES: u64 = 20;
 /// A material and its entry among the ids, both in arrays that have room for twice as many.
 const MATERIAL_BYTES: u64 = 200;
-/// Three numbers of a position, a normal or a colour; texture coordinates and a tangent are six.
-const VECTOR_BYTES: u64 = 12;
 
 /// The colour of a vertex or sphere without one.
 const WHITE: [f32; 3] = [1.0; 3];
@@ -111,24 +104,6 @@ impl Default for SceneBuilder {
     fn default() -> Self {
         Self::new()
     }
-}
-
-/// Checks that `[triangles, spheres, positions + normals + colours + texture coordinates]` and the build of their BVH fit
-/// into `limit` bytes. Counts fit into 32 bits each, so no sum overflows.
-///
-/// # Errors
-/// [`SceneError::OverLimit`].
-#[doc(hidden)]
-pub fn check_memory(counts: [usize; 3], limit: u64) -> Result<(), SceneError> {
-    let [triangles, spheres, vectors] = counts.map(|count| count as u64);
-    let needed = triangles * TRIANGLE_BYTES
-        + spheres * SPHERE_BYTES
-        + vectors * VECTOR_BYTES
-        + (triangles + spheres) * BVH_BYTES;
-    if needed > limit {
-        return Err(SceneError::OverLimit { needed, limit });
-    }
-    Ok(())
 }
 
 pub(super) fn usable(what: &'static str, value: f32) -> Result<(), SceneError> {
@@ -380,11 +355,15 @@ impl SceneBuilder {
         }
         check_memory(
             [triangles, spheres, vertices + vectors],
-            self.memory
-                .saturating_sub(self.image_bytes)
-                .saturating_sub(self.instances.len() as u64 * INSTANCE_BYTES)
-                .saturating_sub(self.moving.bytes() as u64),
+            self.other_bytes(0),
+            self.memory,
         )
+    }
+
+    /// Memory beside primitives and vertices, with this many more instances.
+    fn other_bytes(&self, more: usize) -> u64 {
+        let instances = (self.instances.len() + more) as u64 * INSTANCE_BYTES;
+        self.image_bytes + instances + self.moving.bytes() as u64
     }
 
     /// The number of normals, colours, texture coordinates and tangents so far.

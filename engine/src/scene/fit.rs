@@ -48,7 +48,7 @@ impl FitView {
     }
 
     /// As [`FitView::fit`], for all placements of several meshes, with a sphere of radius `reach` (scene units) around every
-    /// vertex. If there are more than 2^26 placed vertices, boxes around the meshes are fitted.
+    /// vertex. If there are more than 2^23 placed vertices, boxes around the meshes are fitted.
     ///
     /// # Errors
     /// As [`FitView::fit`].

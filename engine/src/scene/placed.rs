@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use std::borrow::Cow;
 
 /// If meshes have more placed points than this, the corners of their boxes replace them: a point takes some nanoseconds.
-const MOST_POINTS: usize = 1 << 26;
+const MOST_POINTS: usize = 1 << 23;
 
 /// The points that a thread takes at a time.
 const PIECE: usize = 1 << 14;
@@ -31,7 +31,7 @@ impl<'a> PlacedMesh<'a> {
         }
     }
 
-    /// Returns the box around all placements of meshes, slightly enlarged if they have more than 2^26 placed points.
+    /// Returns the box around all placements of meshes, slightly enlarged if they have more than 2^23 placed points.
     #[must_use]
     pub fn bounds(meshes: &[Self]) -> Aabb {
         Points::of(meshes).fold(

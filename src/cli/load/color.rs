@@ -92,7 +92,7 @@ fn check_room(loaded: &LoadedMesh, has_colors: bool, memory: u64) -> Result<(), 
         vectors += columns.x.len() + columns.normals.len();
         vectors += if has_colors { columns.x.len() } else { 0 };
     }
-    check_memory([triangles, 0, vectors], memory)
+    check_memory([triangles, 0, vectors], 0, memory)
 }
 
 /// Puts a coordinate of each vertex, in the file's own, in the place of its colour. Returns their range.

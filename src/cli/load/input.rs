@@ -269,7 +269,7 @@ fn smooth(loaded: &mut LoadedMesh, degrees: f64, path: &Path, memory: u64) -> Re
         .images
         .iter()
         .map(|image| Image::bytes(image.size()) as u64);
-    let fits = check_memory([triangles, 0, vectors], memory.saturating_sub(images.sum()));
+    let fits = check_memory([triangles, 0, vectors], images.sum(), memory);
     fits.map_err(|error| failed(path, &error))?;
     loaded
         .arrays_mut()

@@ -282,15 +282,8 @@ impl Reading {
         self.check_triangles(buffers)?;
         let budget = buffers.budget();
         // The scene would refuse it later.
-        let (limit, taken) = (budget.limit(), instances as u64 * INSTANCE_BYTES);
-        check_memory([self.triangles, 0, vectors], limit.saturating_sub(taken)).map_err(|error| {
-            let error = match error {
-                SceneError::OverLimit { needed, .. } => SceneError::OverLimit {
-                    needed: needed.saturating_add(taken),
-                    limit,
-                },
-                error => error,
-            };
+        let placed = instances as u64 * INSTANCE_BYTES;
+        check_memory([self.triangles, 0, vectors], placed, budget.limit()).map_err(|error| {
             let kind = (&error).into();
             buffers.refused(error.to_string()).with_kind(kind)
         })?;

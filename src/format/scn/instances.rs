@@ -80,6 +80,10 @@ impl Reader<'_> {
             .mesh(path, budget)
             .and_then(|opened| opened.into_bytes(budget));
         let bytes = opened.map_err(|error| load_error(path, &error))?;
+        if let Some(count) = placements::announced(&bytes) {
+            let room = builder.check_instances(count);
+            room.map_err(|error| Reason::from(error).of_file(path))?;
+        }
         let read = placements::read(&bytes, path, |rows| {
             let transform = before
                 .then_transform(&Transform::from_rows(rows))

@@ -159,57 +159,30 @@ fn rows(numbers: &[f64], count: usize) -> Result<Rows, String> {
     Ok(rows)
 }
 
+/// How many placements a file has, if it is a numpy array, which says so at its head.
+pub(super) fn announced(bytes: &[u8]) -> Option<usize> {
+    let array = bytes.starts_with(NUMPY).then(|| Array::new(bytes))?;
+    array.ok().map(|array| array.count)
+}
+
+/// A numpy array of placements.
+struct Array<'a> {
+    count: usize,
+    /// Numbers of a placement.
+    each: usize,
+    /// Bytes of a number.
+    size: usize,
+    data: &'a [u8],
+}
+
 /// The placements of a numpy array of `f4` or `f8`, little-endian, row after row. Returns their number.
 fn array(bytes: &[u8], take: &mut impl FnMut(Rows) -> Result<(), Reason>) -> Result<usize, Reason> {
-    let cut = || Reason::from("the array ends within its header");
-    let field = |range: std::ops::Range<usize>| bytes.get(range).ok_or_else(cut);
-    let major = field(6..7)?[0];
-    let (start, length) = if major == 1 {
-        let length = field(8..10)?;
-        (10, usize::from(u16::from_le_bytes([length[0], length[1]])))
-    } else {
-        let length = field(8..12)?;
-        (
-            12,
-            u32::from_le_bytes([length[0], length[1], length[2], length[3]]) as usize,
-        )
-    };
-    let header = field(start..start.saturating_add(length))?;
-    let header: String = header
-        .iter()
-        .map(|&byte| char::from(byte))
-        .filter(|c| *c != ' ')
-        .collect();
-    let size = match value(&header, "descr") {
-        Some("'<f4'" | "\"<f4\"") => 4,
-        Some("'<f8'" | "\"<f8\"") => 8,
-        _ => return Err("an array of another type, expected float32 or float64, little-endian".into()),
-    };
-    if value(&header, "fortran_order") != Some("False") {
-        return Err("an array in Fortran order, expected C order (numpy.ascontiguousarray)".into());
-    }
-    let shape = header
-        .split_once("'shape':(")
-        .and_then(|(_, rest)| rest.split_once(')'));
-    let shape: Option<Vec<usize>> = shape.and_then(|(shape, _)| {
-        let sides = shape.split(',').filter(|side| !side.is_empty());
-        sides.map(|side| side.parse().ok()).collect()
-    });
-    let (count, each) = match shape.as_deref() {
-        Some(&[count, each]) if COUNTS.contains(&each) => (count, each),
-        Some(&[count, rows @ (3 | 4), 4]) => (count, rows * 4),
-        _ => {
-            return Err(
-                "an array of another shape, expected (n, 3), (n, 12), (n, 16), (n, 3, 4) or (n, 4, 4)".into(),
-            );
-        }
-    };
-    let data = &bytes[start + length..];
-    if count.checked_mul(each * size) != Some(data.len()) {
-        let (found, each) = (data.len(), each * size);
-        let message = format!("{found} bytes of numbers, expected {count} placements of {each} bytes");
-        return Err(message.into());
-    }
+    let Array {
+        count,
+        each,
+        size,
+        data,
+    } = Array::new(bytes)?;
     for (i, placement) in data.chunks_exact(each * size).enumerate() {
         let mut numbers = [0.0; 16];
         for (number, bytes) in numbers.iter_mut().zip(placement.chunks_exact(size)) {
@@ -226,6 +199,67 @@ fn array(bytes: &[u8], take: &mut impl FnMut(Rows) -> Result<(), Reason>) -> Res
         })?;
     }
     Ok(count)
+}
+
+impl<'a> Array<'a> {
+    fn new(bytes: &'a [u8]) -> Result<Self, Reason> {
+        let cut = || Reason::from("the array ends within its header");
+        let field = |range: std::ops::Range<usize>| bytes.get(range).ok_or_else(cut);
+        let major = field(6..7)?[0];
+        let (start, length) = if major == 1 {
+            let length = field(8..10)?;
+            (10, usize::from(u16::from_le_bytes([length[0], length[1]])))
+        } else {
+            let length = field(8..12)?;
+            (
+                12,
+                u32::from_le_bytes([length[0], length[1], length[2], length[3]]) as usize,
+            )
+        };
+        let header = field(start..start.saturating_add(length))?;
+        let header: String = header
+            .iter()
+            .map(|&byte| char::from(byte))
+            .filter(|c| *c != ' ')
+            .collect();
+        let size = match value(&header, "descr") {
+            Some("'<f4'" | "\"<f4\"") => 4,
+            Some("'<f8'" | "\"<f8\"") => 8,
+            _ => return Err("an array of another type, expected float32 or float64, little-endian".into()),
+        };
+        if value(&header, "fortran_order") != Some("False") {
+            return Err("an array in Fortran order, expected C order (numpy.ascontiguousarray)".into());
+        }
+        let shape = header
+            .split_once("'shape':(")
+            .and_then(|(_, rest)| rest.split_once(')'));
+        let shape: Option<Vec<usize>> = shape.and_then(|(shape, _)| {
+            let sides = shape.split(',').filter(|side| !side.is_empty());
+            sides.map(|side| side.parse().ok()).collect()
+        });
+        let (count, each) = match shape.as_deref() {
+            Some(&[count, each]) if COUNTS.contains(&each) => (count, each),
+            Some(&[count, rows @ (3 | 4), 4]) => (count, rows * 4),
+            _ => {
+                return Err(
+                    "an array of another shape, expected (n, 3), (n, 12), (n, 16), (n, 3, 4) or (n, 4, 4)"
+                        .into(),
+                );
+            }
+        };
+        let data = &bytes[start + length..];
+        if count.checked_mul(each * size) != Some(data.len()) {
+            let (found, each) = (data.len(), each * size);
+            let message = format!("{found} bytes of numbers, expected {count} placements of {each} bytes");
+            return Err(message.into());
+        }
+        Ok(Self {
+            count,
+            each,
+            size,
+            data,
+        })
+    }
 }
 
 /// The value of a key of the header, without spaces.

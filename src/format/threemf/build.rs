@@ -260,7 +260,7 @@ impl<'a> Building<'a> {
         let [colors, uvs] = [total.has_colors, total.has_uvs].map(|has| if has { vertices } else { 0 });
         let budget = self.package.budget();
         // The scene would refuse it later.
-        check_memory([total.triangles, 0, vertices + colors + uvs], budget.limit())
+        check_memory([total.triangles, 0, vertices + colors + uvs], 0, budget.limit())
             .map_err(|error| refused(error.into()))?;
         let columns = &mut self.columns;
         let room = [&mut columns.x, &mut columns.y, &mut columns.z]

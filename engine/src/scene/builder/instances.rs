@@ -1,6 +1,6 @@
 //! Adding prototypes and instances.
 
-use super::{MIN_PIECE, SceneBuilder, Vertices};
+use super::{MIN_PIECE, SceneBuilder, Vertices, check_memory};
 use crate::{
     error::SceneError,
     math::{Aabb, max},
@@ -86,18 +86,26 @@ impl SceneBuilder {
             return Ok(());
         }
         let instance = Unplaced::new(of, prototype, transform)?;
-        if self.instances.len() >= MAX_INSTANCES {
+        self.check_instances(1)?;
+        self.instances.push(instance);
+        Ok(())
+    }
+
+    /// Checks that this many more instances are allowed, and fit into memory.
+    ///
+    /// # Errors
+    /// [`SceneError::TooMany`] or [`SceneError::OverLimit`].
+    #[doc(hidden)]
+    pub fn check_instances(&self, more: usize) -> Result<(), SceneError> {
+        if more > MAX_INSTANCES - self.instances.len() {
             return Err(SceneError::TooMany {
                 what: "instances",
                 limit: MAX_INSTANCES,
             });
         }
-        self.instances.push(instance);
-        let checked = self.check_limits([0; 3], self.vectors());
-        if checked.is_err() {
-            self.instances.pop();
-        }
-        checked
+        let [triangles, spheres, vertices] = self.counts().map(|count| count as usize);
+        let counts = [triangles, spheres, vertices + self.vectors()];
+        check_memory(counts, self.other_bytes(more), self.memory)
     }
 
     fn counts(&self) -> [u32; 3] {

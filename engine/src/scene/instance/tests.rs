@@ -55,3 +55,20 @@ fn vertices_that_no_triangle_uses_do_not_enlarge_an_instance() {
         assert_eq!((with_more.lower, with_more.upper), (bounds.lower, bounds.upper));
     }
 }
+
+#[test]
+fn errors_about_memory_name_the_whole_limit() {
+    let limit = 100_000;
+    let mut builder = SceneBuilder::within(limit);
+    let prototype = builder.add_prototype(|builder| builder.add_sphere(Vec3::ZERO, 1.0, MaterialId(0)));
+    let prototype = prototype.unwrap();
+    let error = std::iter::repeat_with(|| builder.add_instance(prototype, &Transform::IDENTITY))
+        .find_map(Result::err)
+        .unwrap();
+    let found =
+        matches!(error, SceneError::OverLimit { needed, limit: found } if found == limit && needed > limit);
+    assert!(found, "{error:?}");
+    assert_eq!(builder.check_instances(0), Ok(()));
+    let many = builder.check_instances(1000);
+    assert!(matches!(many, Err(SceneError::OverLimit { needed, .. }) if needed > 260_000));
+}
