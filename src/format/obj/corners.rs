@@ -95,6 +95,16 @@ impl Corners {
         self.uvs = Vec::new();
     }
 
+    /// Forgets normals.
+    pub(super) fn drop_normals(&mut self) {
+        self.normals = Vec::new();
+    }
+
+    /// Whether corners have normals.
+    pub(super) fn have_normals(&self) -> bool {
+        !self.normals.is_empty()
+    }
+
     /// Whether an index reaches its limit; `limits` are the numbers of positions and normals.
     pub(super) fn are_beyond(&self, limits: [usize; 2]) -> bool {
         let any = !self.positions.is_empty();
@@ -125,7 +135,9 @@ impl Corners {
                 );
                 return Err(fault(message));
             };
-            let [most_positions, most_normals] = [limits.map(|l| l[0]), limits.map(|l| l[1])];
+            let [most_positions, most_normals] = [0, 1].map(|kind| limits.map(|limits| limits[kind]));
+            // Some programs write indices of normals that they do not write.
+            let most_normals = most_normals.filter(|&most| most > 0);
             let position =
                 resolve(corner.position, sizes[0], ["vertex", "vertices"], most_positions).map_err(fault)?;
             let normal = match corner.normal {

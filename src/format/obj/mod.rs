@@ -105,6 +105,10 @@ fn read(
     }
     let keeps_uvs = obj.keeps_uvs;
     let limits = [obj.x.len(), obj.normals.len()];
+    obj.lacks_normals = obj.normals.is_empty() && obj.corners.have_normals();
+    if obj.lacks_normals {
+        obj.corners.drop_normals();
+    }
     if obj.corners.are_beyond(limits) {
         // Read again to find the line.
         obj = Obj::new(budget);
@@ -164,6 +168,8 @@ struct Obj<'b> {
     /// How many lines begin with an unknown word, and the first of these words.
     unknown_lines: usize,
     unknown: Option<Range<usize>>,
+    /// Whether corners have indices of normals although there are none.
+    lacks_normals: bool,
     notes: Vec<String>,
     texture_files: Vec<PathBuf>,
     /// The images that `surfaces` number.
@@ -200,6 +206,7 @@ impl<'b> Obj<'b> {
             point_elements: 0,
             unknown_lines: 0,
             unknown: None,
+            lacks_normals: false,
             notes: Vec::new(),
             texture_files: Vec::new(),
             images: Images::default(),
@@ -318,6 +325,9 @@ impl<'b> Obj<'b> {
         let mut left_out = LeftOut::default();
         left_out.small_faces(self.corners.small);
         left_out.odd_normals(self.odd_normals);
+        if self.lacks_normals {
+            left_out.add("indices of normals, since there are no normals");
+        }
         if !self.corners.is_empty() {
             left_out.count(self.line_elements, "line element", "line elements");
             left_out.count(self.point_elements, "point element", "point elements");

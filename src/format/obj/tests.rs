@@ -108,6 +108,17 @@ fn materials() {
 }
 
 #[test]
+fn normals_that_are_missing_are_not_used() {
+    let found = mesh(&format!("{SQUARE}f 1//1 2//2 3//9"));
+    assert!(found.columns.normals.is_empty());
+    assert_eq!(
+        found.notes,
+        ["folder/a.obj: left out: indices of normals, since there are no normals"]
+    );
+    assert_eq!(found.columns.triangles, [[0, 1, 2]]);
+}
+
+#[test]
 fn what_is_not_read_is_said() {
     let text = format!(
         "{SQUARE}vt 0 0\nvt 1 1\nf 1 2 3\nl 1 2\nl 2 3 4\np 1\ng a\ns 1\ncstype bezier\ncurv 0 1 1 2\n# end\n"
@@ -180,8 +191,8 @@ fn faults_have_places() {
         "5:7: vertex index 5, but there are only 4 vertices"
     );
     assert_eq!(
-        with("f 1//1 2 3"),
-        "5:3: normal index 1, but there are no normals"
+        with("f 1//-1 2 3"),
+        "5:3: normal index -1, but there are no normals"
     );
     assert_eq!(
         with("vn 0 0 1\nf 1//-2 2 3"),
