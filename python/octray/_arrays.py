@@ -8,7 +8,7 @@ import sys
 import numpy as np
 
 
-def _numbers(name: str, value, what: str) -> np.ndarray:
+def numbers(name: str, value, what: str) -> np.ndarray:
     """Return an array of real numbers."""
     try:
         array = np.asarray(value)
@@ -49,7 +49,7 @@ def _require(array: np.ndarray, dtype) -> np.ndarray:
 def vectors(name: str, value, *, one: bool = False) -> np.ndarray:
     """Return vectors, one per row, as contiguous ``float32`` or ``float64``."""
     what = "an array of numbers of shape (n, 3)"
-    array = _numbers(name, value, what)
+    array = numbers(name, value, what)
     if array.ndim == 1 and array.shape == (3,) and one:
         array = array.reshape(1, 3)
     if array.size == 0 and array.ndim == 1:
@@ -64,7 +64,7 @@ def vectors(name: str, value, *, one: bool = False) -> np.ndarray:
 def faces(value) -> np.ndarray:
     """Return triangles, three vertex indices per row, as contiguous ``int64``."""
     what = "an array of integers of shape (m, 3)"
-    array = _numbers("faces", value, what)
+    array = numbers("faces", value, what)
     if array.size == 0 and array.ndim <= 2:
         return np.zeros((0, 3), dtype=np.int64)
     if array.dtype.kind not in "iu":
@@ -102,7 +102,7 @@ def asked_rays(
 def indices(name: str, value, count: int) -> np.ndarray:
     """Return an array of ``count`` integers."""
     what = f"integers of shape ({count},)"
-    array = _numbers(name, value, what)
+    array = numbers(name, value, what)
     if array.size == 0 and array.ndim == 1:
         array = array.astype(np.int64)
     if array.dtype.kind not in "iu":
@@ -117,7 +117,7 @@ def indices(name: str, value, count: int) -> np.ndarray:
 def transforms(value) -> np.ndarray:
     """Return affine matrices as contiguous ``float64``, the 12 numbers of the upper three rows per row."""
     what = "matrices of shape (k, 4, 4) or (k, 3, 4)"
-    array = _numbers("transforms", value, what)
+    array = numbers("transforms", value, what)
     if array.size == 0 and array.ndim == 1:
         array = array.reshape(0, 3, 4)
     if array.ndim != 3 or array.shape[1:] not in ((4, 4), (3, 4)):
@@ -136,7 +136,7 @@ def ends(name: str, value, count: int) -> float | np.ndarray:
     They are rounded outwards, so that a ``float32`` ``t`` compares with the result as with the value.
     """
     what = f"a number or an array of shape ({count},)"
-    array = _numbers(name, _narrow(value), what)
+    array = numbers(name, _narrow(value), what)
     if array.ndim != 0 and array.shape != (count,):
         raise ValueError(f"{name}: expected {what}, found shape {array.shape}")
     if array.ndim == 0 and np.isnan(array):
@@ -222,7 +222,7 @@ def number(name: str, value, what: str, least: float = -sys.float_info.max, most
 def colors(name: str, value, count: int) -> np.ndarray:
     """Return colours from 0 to 1, one per row, as contiguous ``float32``."""
     what = f"uint8, or floats from 0 to 1, of shape ({count}, 3)"
-    array = _numbers(name, value, what)
+    array = numbers(name, value, what)
     if array.dtype != np.uint8 and array.dtype.kind != "f":
         raise ValueError(f"{name}: expected {what}, found an array of {array.dtype}")
     if array.shape not in ((count, 3), (count, 4)):
@@ -239,7 +239,7 @@ def colors(name: str, value, count: int) -> np.ndarray:
 def values(name: str, value, vertices: int, faces: int) -> np.ndarray:
     """Return one number for each vertex or for each face as contiguous ``float64``."""
     what = f"numbers of shape ({vertices},) for vertices or ({faces},) for faces"
-    array = _numbers(name, value, what)
+    array = numbers(name, value, what)
     if array.shape not in ((vertices,), (faces,)):
         raise ValueError(f"{name}: expected {what}, found shape {array.shape}")
     return _require(array.astype(np.float64), np.float64)

@@ -23,7 +23,8 @@ class RayMeshIntersector:
     """The methods of ``trimesh.ray.ray_pyembree.RayMeshIntersector``, with the same shapes and types.
 
     Where a ray passes through an edge or a vertex, one triangle is reported, as by trimesh's engines: of those that share
-    the edge or vertex the one with the lowest index, or with ``every_triangle`` all that the ray touches.
+    the edge or vertex the one with the lowest index, or with ``every_triangle`` all that the ray touches. Where surfaces
+    touch, or one folds back, there may be two.
     ``intersects_first`` reports any of them: the one whose rounded distance is the least. ``max_hits`` counts what is
     reported. Hits are sorted by ray, the nearest first. A ray that starts exactly on a triangle hits it. ``scale_to_box``
     has no effect: coordinates are never scaled.
@@ -122,11 +123,7 @@ class _Crossings:
 
 
 def _doubles(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    _arrays.refuse_masked(name, value, "an array of numbers of shape (n, 3)")
-    try:
-        return np.ascontiguousarray(value, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise ValueError(f"{name}: expected an array of numbers of shape (n, 3), found {value!r:.40}") from error
+    return np.ascontiguousarray(_arrays.numbers(name, value, "an array of numbers of shape (n, 3)"), dtype=np.float64)
 
 
 def _checked(ray_origins, ray_directions):

@@ -11,7 +11,7 @@ use super::{
 use crate::{
     accel::{Bvh, Child},
     ray::Hit,
-    scene::{Scene, Shape},
+    scene::{BVH_BYTES, Scene, Shape},
     simd::{Level, at_level},
     trace::{visit, visit_with},
 };
@@ -125,6 +125,7 @@ impl Geometry {
                 limit,
             });
         }
+        check_room(&scene)?;
         Ok(Self {
             bvh: Bvh::build(&scene),
             scene,
@@ -152,6 +153,7 @@ impl Geometry {
     /// [`QueryError::NoMemory`]; nothing is changed then.
     pub fn refit<'a>(&mut self, positions: impl Into<Points<'a>>) -> Result<(), QueryError> {
         let (scene, offset) = self.moved(positions.into())?;
+        check_room(&scene)?;
         if !self.bvh.refit(&scene) {
             self.bvh = Bvh::build(&scene);
         }
@@ -166,6 +168,7 @@ impl Geometry {
     /// As [`Geometry::refit`].
     pub fn refitted<'a>(&self, positions: impl Into<Points<'a>>) -> Result<Self, QueryError> {
         let (scene, offset) = self.moved(positions.into())?;
+        check_room(&scene)?;
         let kept = self.bvh.may_refit(&scene).then(|| self.bvh.clone());
         let kept = kept.and_then(|mut bvh| bvh.refit(&scene).then_some(bvh));
         Ok(Self {
@@ -396,4 +399,11 @@ impl Geometry {
     ) -> AllHits {
         AllHits::of_each(rays, (self.level, self.middle()), append)
     }
+}
+
+/// Checks that there is memory for building a BVH, which would end the process otherwise.
+fn check_room(scene: &Scene) -> Result<(), QueryError> {
+    let bytes = scene.primitive_count() * BVH_BYTES as usize;
+    let room = Vec::<u8>::new().try_reserve_exact(bytes);
+    room.map_err(|_| QueryError::NoMemory { what: "the BVH" })
 }
