@@ -9,8 +9,10 @@ use rayon::prelude::*;
 const SCENE_IN_FOOTPRINTS: f32 = 4096.0;
 
 /// The area added to boxes. The scene's area is that of the box around all centres, which large ground triangles do
-/// not enlarge, or the sum over all primitives if that is less, as in a mostly empty scene.
-pub(super) fn footprint<S: Simd>(simd: S, boxes: &[Box8]) -> f32 {
+/// not enlarge, or the sum over all primitives if that is less, as in a mostly empty scene; but not if `nodes_are_full`, which
+/// saves memory.
+// Measured: see docs/lab-notes.md#bundle-footprint
+pub(super) fn footprint<S: Simd>(simd: S, boxes: &[Box8], nodes_are_full: bool) -> f32 {
     let of_part = |boxes: &[Box8]| {
         simd.call(
             #[inline(always)]
@@ -31,5 +33,11 @@ pub(super) fn footprint<S: Simd>(simd: S, boxes: &[Box8]) -> f32 {
         area += area_of_part;
     }
     // A center is at twice its coordinates.
-    area.min(centers.half_area(simd) / 4.0) / SCENE_IN_FOOTPRINTS
+    let of_scene = centers.half_area(simd) / 4.0;
+    let area = if nodes_are_full {
+        of_scene
+    } else {
+        area.min(of_scene)
+    };
+    area / SCENE_IN_FOOTPRINTS
 }

@@ -234,7 +234,7 @@ pub(super) fn build<S: Simd>(
         blocks,
         effort: quality.effort(),
         subtree: subtree_size(boxes.len()),
-        footprint: footprint(simd, boxes),
+        footprint: footprint(simd, boxes, blocks.most == 1),
         steps,
     };
     let levels = most_levels(boxes.len());
