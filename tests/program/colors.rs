@@ -6,6 +6,7 @@ use serde_json::Value;
 use std::fs;
 
 mod attributes;
+mod bar;
 
 /// The first, the middle and the last colour of viridis.
 const VIRIDIS: [[u8; 3]; 3] = [[68, 1, 84], [32, 145, 140], [253, 231, 37]];

@@ -11,12 +11,12 @@ use crate::cli::{
 /// Width and height of the smallest picture that has room, pixels.
 pub const SMALLEST: [u32; 2] = [160, 120];
 
-/// Pixels are this times as wide in pictures of twice, three times, ... this size.
+/// Larger pictures, by their smaller side in pixels, enlarge the bar by whole numbers.
 const USUAL: u32 = 400;
-/// Width of the bar, and its distance from the side of the picture and from its numbers.
+/// Width of the bar, and distances from the side of the picture and from the numbers, pixels.
 const WIDTH: u32 = 16;
 const MARGIN: u32 = 8;
-const GAP: u32 = 4;
+const GAP: u32 = 6;
 /// Numbers beside the bar.
 const TICKS: u32 = 5;
 
