@@ -182,9 +182,10 @@ fn numbers_of_vtk_files() {
         };
         assert!(picture("a.vtk") == picture("a.ply"), "{options}");
     }
-    let info = folder.run_line("info a.vtk");
+    let info = folder.run_line("info a.vtk").stdout;
+    let info = String::from_utf8_lossy(&info);
     assert_contains(
-        &info.stdout,
+        &info,
         &["\"heat\" of vertices, 0 to 3", "\"id\" of faces, 5 to 7"],
     );
 }
