@@ -69,8 +69,9 @@
 //! | `png` | [`render::Film`]'s `save_png` | yes |
 //! | `gltf` | glTF files | yes |
 //! | `threemf` | 3MF files | yes |
+//! | `vtk` | VTK files: .vtk, .vtp and .vtu | yes |
 //! | `textures` | images of materials: PNG, JPEG, WebP, BMP, TGA, GIF, TIFF | yes |
-//! | `cli` | the program `octray`; implies `png`, `gltf`, `threemf` and `textures` | yes |
+//! | `cli` | the program `octray`; implies `png`, `gltf`, `threemf`, `vtk` and `textures` | yes |
 //! | `viewer` | the command `octray view`; implies `cli` | yes |
 //! | `embree-bench` | the benchmark against Intel's Embree, loaded at run time | no |
 

@@ -93,7 +93,8 @@ class Mesh:
 
     @classmethod
     def from_file(cls, path: str | bytes | os.PathLike[str], *, threads: SupportsIndex | None = None) -> Self:
-        """Load a mesh file: ``.ply``, ``.obj``, ``.off``, ``.stl``, ``.gltf``, ``.glb`` or ``.3mf``.
+        """Load a mesh file: ``.ply``, ``.obj``, ``.off``, ``.stl``, ``.gltf``, ``.glb``, ``.3mf``, ``.vtk``,
+        ``.vtp`` or ``.vtu``.
 
         Vertices are in the file's own coordinates, whichever axis points up. Warnings name what is missing or ignored.
 

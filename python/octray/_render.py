@@ -116,7 +116,7 @@ def render(
         Whether the mesh is on a ground plane.
     up_axis
         Which axis of a mesh points up: ``"x"``, ``"y"``, ``"z"``, ``"-x"``, ``"-y"`` or ``"-z"``. By default y, but z for
-        a :class:`Mesh`, a :class:`Scene`, STL, 3MF and PLY files that say so.
+        a :class:`Mesh`, a :class:`Scene`, STL, 3MF, VTK and PLY files that say so.
     smooth_angle
         Smooths a mesh without normals where faces meet at no more than this angle, degrees. Those of a :class:`Scene` are
         smoothed before they are placed.

@@ -65,7 +65,10 @@ fn most_alike(wanted: &str, names: impl Iterator<Item = String>) -> Vec<String> 
     let wanted = wanted.to_lowercase();
     // Suggest other formats of the same name, but not a mesh's material file.
     let stem = |name: &str| match name.rsplit_once('.') {
-        Some((stem, "ply" | "obj" | "off" | "stl" | "gltf" | "glb" | "3mf" | "scn")) => Some(stem.to_owned()),
+        Some((
+            stem,
+            "ply" | "obj" | "off" | "stl" | "gltf" | "glb" | "3mf" | "vtk" | "vtp" | "vtu" | "scn",
+        )) => Some(stem.to_owned()),
         _ => None,
     };
     // What a material library or a picture is missed for is another one.

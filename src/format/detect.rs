@@ -39,6 +39,7 @@ pub enum Loaded {
 /// - PLY begins with a line `ply`.
 /// - glTF begins with `glTF` or `{`.
 /// - 3MF is a ZIP archive.
+/// - VTK begins with `# vtk DataFile`, or is XML with the element `VTKFile`.
 /// - OFF begins with `OFF` and its prefixes, such as `COFF`.
 /// - STL has the size that its count of facets implies, or begins with `solid`.
 /// - A scene has a `.scn` statement, perhaps misspelt, before any keyword of OBJ, or nothing but `//` comments.
@@ -59,6 +60,8 @@ pub fn detect(bytes: &[u8]) -> Detected {
         Detected::Mesh(MeshFormat::Gltf)
     } else if bytes.starts_with(mesh::ZIP) {
         Detected::Mesh(MeshFormat::ThreeMf)
+    } else if mesh::is_vtk(bytes) {
+        Detected::Mesh(MeshFormat::Vtk)
     } else if off::is_off(text) {
         Detected::Mesh(MeshFormat::Off)
     } else if stl::is_stl(bytes) {

@@ -51,7 +51,7 @@ const BLENDER: [&str; 2] = ["glTF (.glb)", "Blender"];
 const FREECAD: [&str; 2] = ["glTF (.glb)", "FreeCAD"];
 const CLOUD: [&str; 2] = ["PLY", "CloudCompare or PDAL"];
 
-const MODELS: [Model; 22] = [
+const MODELS: [Model; 23] = [
     model(
         &[b"BLENDER-v", b"BLENDER_v", b"BLENDER17-"],
         &["blend"],
@@ -87,9 +87,15 @@ const MODELS: [Model; 22] = [
     model(&[], &["wrl", "x3d"], "VRML or X3D", BLENDER),
     model(
         &[],
-        &["vtk", "vtp", "vtu"],
-        "a VTK file",
-        ["glTF (.glb)", "ParaView"],
+        &["pvd", "pvtp", "pvtu", "vti", "vtm", "vtmb", "vtr", "vts"],
+        "a VTK file of another type than .vtk, .vtp and .vtu",
+        [".vtp", "ParaView's filter Extract Surface"],
+    ),
+    model(
+        &[b"\x89HDF\r\n\x1a\n"],
+        &["h5", "hdf", "hdf5", "vtkhdf"],
+        "an HDF5 file",
+        [".vtp", "ParaView's filter Extract Surface"],
     ),
     model(&[b"$MeshFormat"], &["msh"], "a Gmsh mesh", ["STL or PLY", "Gmsh"]),
     model(&[], &["svg"], "an SVG drawing", BLENDER),

@@ -30,6 +30,10 @@ mod threemf;
 #[cfg(feature = "textures")]
 pub(crate) mod tiff;
 mod vertices;
+#[cfg(feature = "vtk")]
+mod vtk;
+#[cfg(any(feature = "threemf", feature = "vtk"))]
+mod xml;
 
 #[cfg(feature = "cli")]
 pub(crate) use {detect::load_any_shown, source::open_file};

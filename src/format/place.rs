@@ -56,6 +56,16 @@ impl TextFault {
         }
     }
 
+    /// A fault without a place in a text, as of binary data.
+    #[cfg(feature = "vtk")]
+    pub(super) fn of_file(message: impl Into<String>) -> Self {
+        Self {
+            range: None,
+            message: message.into(),
+            kind: LoadErrorKind::Invalid,
+        }
+    }
+
     /// Whether the file may be right, but takes more than there is.
     pub(super) fn is_limit(&self) -> bool {
         self.kind == LoadErrorKind::Limit

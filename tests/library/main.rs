@@ -60,6 +60,8 @@ mod threemf;
 mod tracer;
 #[cfg(feature = "gltf")]
 mod transmission;
+#[cfg(feature = "vtk")]
+mod vtk;
 mod water;
 mod watertight;
 

@@ -16,6 +16,8 @@ pub fn all() -> Vec<Seed> {
     gltfs(&mut seeds);
     offs(&mut seeds);
     threemfs(&mut seeds);
+    #[cfg(feature = "vtk")]
+    seeds.extend(crate::vtk::seeds());
     textures(&mut seeds);
     placements(&mut seeds);
     arguments(&mut seeds);

@@ -470,7 +470,8 @@ fn mesh_errors_suggest_a_remedy() {
     let folder = Folder::new();
     folder.write("square.obj", SQUARE);
     folder.write("letter.doc", "Dear reader");
-    let kinds = "expected a scene (.scn) or a mesh (.ply, .obj, .off, .stl, .gltf, .glb, .3mf)";
+    let kinds =
+        "expected a scene (.scn) or a mesh (.ply, .obj, .off, .stl, .gltf, .glb, .3mf, .vtk, .vtp, .vtu)";
     folder.fails(&["letter.doc"], 1, kinds);
     folder.fails(
         &["squre.obj"],

@@ -239,6 +239,16 @@ fn models_that_are_not_read() {
             "a Gmsh mesh, which octray does not read; convert it to STL or PLY, for example with Gmsh",
         ),
         ("b.msh", "MSH 2\n", "a Gmsh mesh"),
+        (
+            "a.vti",
+            "",
+            "a VTK file of another type than .vtk, .vtp and .vtu, which octray does not read; convert it to .vtp",
+        ),
+        (
+            "a.vtkhdf",
+            "",
+            "an HDF5 file, which octray does not read; convert it to .vtp, for example with ParaView",
+        ),
     ] {
         folder.write(name, text);
         folder.fails(&[name], 1, &format!("{name}: this is {words}"));

@@ -20,7 +20,7 @@ use std::path::PathBuf;
 /// Arguments of `octray bench`.
 #[derive(Args, Debug)]
 pub struct BenchArgs {
-    /// Scene (.scn) or mesh (.ply, .obj, .off, .stl, .gltf, .glb, .3mf); - reads one from standard input
+    /// Scene (.scn) or mesh (.ply, .obj, .off, .stl, .gltf, .glb, .3mf, .vtk, .vtp, .vtu); - reads one from standard input
     #[arg(required_unless_present = "all", conflicts_with = "all")]
     pub scene: Option<PathBuf>,
 

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 /// Arguments of `octray info`.
 #[derive(Args, Debug)]
 pub struct InfoArgs {
-    /// Scene (.scn) or mesh (.ply, .obj, .off, .stl, .gltf, .glb, .3mf); - reads one from standard input
+    /// Scene (.scn) or mesh (.ply, .obj, .off, .stl, .gltf, .glb, .3mf, .vtk, .vtp, .vtu); - reads one from standard input
     pub scene: PathBuf,
 
     /// Write JSON instead of text, to a file or to standard output (-)

@@ -29,7 +29,7 @@ use std::path::{Path, PathBuf};
 /// Arguments of `octray render`.
 #[derive(Args, Debug)]
 pub struct RenderArgs {
-    /// Scenes (.scn) or meshes (.ply, .obj, .off, .stl, .gltf, .glb, .3mf); - reads one from standard input
+    /// Scenes (.scn) or meshes (.ply, .obj, .off, .stl, .gltf, .glb, .3mf, .vtk, .vtp, .vtu); - reads one from standard input
     #[arg(required = true, value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
 

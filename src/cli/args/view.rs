@@ -28,7 +28,7 @@ const SAMPLES_HELP: &str = "Samples per pixel of the last picture at rest. auto 
 #[derive(Args, Debug)]
 #[command(mut_arg("samples", |samples| samples.help(SAMPLES_HELP)))]
 pub struct ViewArgs {
-    /// Scene (.scn) or mesh (.ply, .obj, .off, .stl, .gltf, .glb, .3mf); - reads one from standard input
+    /// Scene (.scn) or mesh (.ply, .obj, .off, .stl, .gltf, .glb, .3mf, .vtk, .vtp, .vtu); - reads one from standard input
     pub scene: PathBuf,
 
     /// Width and height of the window, pixels; one number for a square

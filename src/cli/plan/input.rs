@@ -240,7 +240,7 @@ pub fn kind_of(path: &Path) -> Result<InputKind, CliError> {
             format::refuse_foreign(path, &start)?;
         }
         return Err(CliError::Failed(format!(
-            "{}: unknown file type, expected a scene (.scn) or a mesh (.ply, .obj, .off, .stl, .gltf, .glb, .3mf)",
+            "{}: unknown file type, expected a scene (.scn) or a mesh (.ply, .obj, .off, .stl, .gltf, .glb, .3mf, .vtk, .vtp, .vtu)",
             clip_path(path)
         )));
     }
@@ -356,7 +356,7 @@ fn refuse_any(given: &[(&str, bool)], defaults: &[&str], scene: &Path) -> Result
     let is_refused = |(option, is_given): &&(&str, bool)| *is_given && !defaults.contains(option);
     match given.iter().find(is_refused) {
         Some((option, _)) => Err(CliError::Usage(format!(
-            "{option} applies to meshes only (.ply, .obj, .off, .stl, .gltf, .glb, .3mf), and {} is a scene",
+            "{option} applies to meshes only (.ply, .obj, .off, .stl, .gltf, .glb, .3mf, .vtk, .vtp, .vtu), and {} is a scene",
             clip_path(scene)
         ))),
         None => Ok(()),

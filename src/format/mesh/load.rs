@@ -4,6 +4,8 @@
 use super::super::gltf;
 #[cfg(feature = "threemf")]
 use super::super::threemf;
+#[cfg(feature = "vtk")]
+use super::super::vtk;
 #[cfg(any(feature = "gltf", feature = "threemf"))]
 use super::used;
 use super::{
@@ -264,7 +266,7 @@ fn check_moment(format: MeshFormat, path: &Path, budget: &Budget) -> Result<(), 
 /// Refuses numbers by name in a file whose format has none.
 fn check_scalar(format: MeshFormat, path: &Path, budget: &Budget) -> Result<(), LoadError> {
     match budget.scalars().name() {
-        Some(name) if !matches!(format, MeshFormat::Ply | MeshFormat::Gltf) => {
+        Some(name) if !matches!(format, MeshFormat::Ply | MeshFormat::Gltf | MeshFormat::Vtk) => {
             Err(scalars::absent(name, &[]).of_file(path))
         }
         _ => Ok(()),
@@ -301,6 +303,13 @@ pub(in crate::format) fn parse_as(
         #[cfg(not(feature = "threemf"))]
         MeshFormat::ThreeMf => Err(Reason::unsupported(
             "3MF is not read: octray was built without its feature `threemf`",
+        )
+        .of_file(path)),
+        #[cfg(feature = "vtk")]
+        MeshFormat::Vtk => vtk::parse(bytes, path, budget),
+        #[cfg(not(feature = "vtk"))]
+        MeshFormat::Vtk => Err(Reason::unsupported(
+            "VTK is not read: octray was built without its feature `vtk`",
         )
         .of_file(path)),
     }

@@ -41,7 +41,7 @@ pub(super) use tubes::{TRIANGLES as LINE_TRIANGLES, VERTICES as LINE_VERTICES};
 pub use up::{UpAxis, UpSource};
 pub(super) use used::{Unusable, usable_normal};
 
-use super::{left_out::counted, textures::names};
+use super::{left_out::counted, place::BYTE_ORDER_MARK, textures::names};
 use crate::{
     error::clip_path,
     scene::{Image, Lens, Light, MAX_TEXTURES, Material, Projection, SurfaceTextures, TriangleMesh, View},
@@ -142,6 +142,20 @@ pub(super) fn camera_name(name: &str) -> String {
 /// Whether bytes begin as a PLY file does; some programs write capitals.
 pub(super) fn ply_first(bytes: &[u8]) -> bool {
     matches!(bytes, [p, l, y, b'\n' | b'\r', ..] if [*p, *l, *y].eq_ignore_ascii_case(b"ply"))
+}
+
+/// Whether bytes begin as a VTK file does: XML within its first tags, or a legacy file.
+pub(super) fn is_vtk(bytes: &[u8]) -> bool {
+    /// What legacy files begin with.
+    const LEGACY: &[u8] = b"# vtk DataFile";
+    let text = bytes
+        .strip_prefix(BYTE_ORDER_MARK)
+        .unwrap_or(bytes)
+        .trim_ascii_start();
+    let head = text.get(..1024).unwrap_or(text);
+    let start = head.get(..LEGACY.len()).unwrap_or_default();
+    start.eq_ignore_ascii_case(LEGACY)
+        || head.starts_with(b"<") && head.windows(8).any(|part| part == b"<VTKFile")
 }
 
 /// Lists a texture that the file at `path` names.
@@ -274,11 +288,14 @@ pub enum MeshFormat {
     Gltf,
     /// 3MF, the 3D Manufacturing Format.
     ThreeMf,
+    /// `PolyData` and `UnstructuredGrid` of VTK, the Visualization Toolkit.
+    Vtk,
 }
 
 impl MeshFormat {
     /// The end of an error about any other file.
-    pub const EXPECTED: &str = "expected a mesh: .ply, .obj, .off, .stl, .gltf, .glb or .3mf";
+    pub const EXPECTED: &str =
+        "expected a mesh: .ply, .obj, .off, .stl, .gltf, .glb, .3mf, .vtk, .vtp or .vtu";
 
     /// The format by the file's extension, in either case.
     #[must_use]
@@ -291,6 +308,7 @@ impl MeshFormat {
             "stl" => Some(Self::Stl),
             "gltf" | "glb" => Some(Self::Gltf),
             "3mf" => Some(Self::ThreeMf),
+            "vtk" | "vtp" | "vtu" => Some(Self::Vtk),
             _ => None,
         }
     }
@@ -305,6 +323,7 @@ impl MeshFormat {
             Self::Stl => "STL",
             Self::Gltf => "glTF",
             Self::ThreeMf => "3MF",
+            Self::Vtk => "VTK",
         }
     }
 
@@ -317,6 +336,8 @@ impl MeshFormat {
             Some(Self::Gltf)
         } else if bytes.starts_with(ZIP) {
             Some(Self::ThreeMf)
+        } else if is_vtk(bytes) {
+            Some(Self::Vtk)
         } else {
             Self::of_path(path)
         }

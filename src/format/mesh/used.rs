@@ -124,6 +124,30 @@ impl LoadedMesh {
         Ok(())
     }
 
+    /// Keeps only these points of a cloud and those of its lines, or all.
+    #[cfg(feature = "vtk")]
+    pub(in crate::format) fn keep_points(
+        &mut self,
+        points: &[u32],
+        all: bool,
+        budget: &Budget,
+    ) -> Result<(), BudgetError> {
+        let Some(cloud) = self.cloud.as_mut().filter(|_| !all) else {
+            return Ok(());
+        };
+        let mut used: Vec<bool> = Vec::new();
+        budget.reserve(&mut used, self.columns.x.len())?;
+        used.resize(self.columns.x.len(), false);
+        for &point in points.iter().chain(cloud.lines.as_flattened()) {
+            if let Some(used) = used.get_mut(point as usize) {
+                *used = true;
+            }
+        }
+        keep(&mut self.columns, cloud.lines.as_flattened_mut(), &used, budget)?;
+        budget.give_back(used.capacity());
+        Ok(())
+    }
+
     /// Drops the vertices that no triangle uses from each mesh that has triangles.
     pub(in crate::format) fn drop_unused(&mut self, budget: &Budget) -> Result<(), BudgetError> {
         self.arrays_mut()

@@ -103,8 +103,18 @@ pub(crate) fn paint_triangles(
     name: &Path,
     memory: u64,
 ) -> Result<(), LoadError> {
-    let budget = Budget::new(memory);
-    let paint = Paint::of(colors, &budget).map_err(|error| error.into_error(name))?;
+    paint(mesh, colors, name, &Budget::new(memory)).map_err(|error| error.into_error(name))
+}
+
+/// As [`paint_triangles`], within a budget.
+#[cfg(any(feature = "cli", feature = "vtk"))]
+pub(in crate::format) fn paint(
+    mesh: &mut LoadedMesh,
+    colors: &[[f32; 3]],
+    name: &Path,
+    budget: &Budget,
+) -> Result<(), BudgetError> {
+    let paint = Paint::of(colors, budget)?;
     mesh.surfaces = paint
         .looks
         .iter()

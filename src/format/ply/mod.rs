@@ -32,6 +32,8 @@ mod rows;
 mod slots;
 mod values;
 
+#[cfg(feature = "vtk")]
+pub(super) use finish::paint;
 #[cfg(feature = "cli")]
 pub(crate) use finish::paint_triangles;
 

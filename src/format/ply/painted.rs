@@ -266,7 +266,7 @@ impl Faces<'_> {
 
 impl Paint {
     /// Paints triangles that are a face each.
-    #[cfg(feature = "cli")]
+    #[cfg(any(feature = "cli", feature = "vtk"))]
     pub(super) fn of(colors: &[[f32; 3]], budget: &Budget) -> Result<Self, BudgetError> {
         let mut paint = Self::default();
         budget.reserve(&mut paint.look_of, colors.len())?;

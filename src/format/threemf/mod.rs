@@ -12,7 +12,6 @@ mod build;
 mod model;
 mod package;
 mod properties;
-mod xml;
 
 use super::{
     budget::Budget,
@@ -20,6 +19,7 @@ use super::{
     mesh::{LoadedMesh, Surface, UpAxis, UpSource},
     place::TextFault,
     textures::{self, Encoded},
+    xml::Xml,
 };
 use crate::{
     error::{LoadError, clip_path, quote},
@@ -29,7 +29,6 @@ use build::Building;
 use package::Package;
 use properties::{COLORED, NO_SURFACE};
 use std::path::Path;
-use xml::Xml;
 
 /// The part that names the others.
 const RELATIONSHIPS: &str = "_rels/.rels";

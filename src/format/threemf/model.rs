@@ -2,10 +2,7 @@
 //!
 //! Formats: *3MF Core Specification* and *3MF Production Extension*, 3MF Consortium.
 
-use super::{
-    properties::{Groups, Look, Palette},
-    xml::{Attribute, Tag, Xml},
-};
+use super::properties::{Groups, Look, Palette};
 use crate::{
     error::{LoadErrorKind, SceneError, quote},
     format::{
@@ -13,6 +10,7 @@ use crate::{
         offset::Offset,
         place::{TextFault, Words},
         vertices::{NONE, Vertices},
+        xml::{Attribute, Tag, Xml},
     },
     scene::is_usable,
 };

@@ -2,7 +2,6 @@
 //!
 //! Format: *3MF Materials and Properties Extension*, 3MF Consortium.
 
-use super::xml::{Attribute, Tag, Xml};
 use crate::{
     error::{LoadErrorKind, quote},
     format::{
@@ -11,6 +10,7 @@ use crate::{
         mesh::Surface,
         place::{TextFault, Words},
         vertices::NONE,
+        xml::{Attribute, Tag, Xml},
     },
     scene::{MAX_MATERIALS, Opacity, SurfaceTextures, Texture, Wrap, is_usable},
 };

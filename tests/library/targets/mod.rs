@@ -196,6 +196,21 @@ pub fn threemf(bytes: &[u8]) {
     assert!(start.elapsed() < MOST_TIME, "{:?}", start.elapsed());
 }
 
+/// A VTK file.
+pub fn vtk(bytes: &[u8]) {
+    let open = &mut |_: &Path| Err(std::io::ErrorKind::NotFound.into());
+    let start = Instant::now();
+    match any_mesh::parse_within(bytes.to_vec(), Path::new("fuzz.vtk"), open, MEMORY) {
+        Ok(mesh) => {
+            // What blocks inflate to counts.
+            let most = 100 * (1033 * bytes.len() + 64);
+            use_mesh(mesh, most, &mut SceneBuilder::within(MEMORY));
+        }
+        Err(error) => show(&error),
+    }
+    assert!(start.elapsed() < MOST_TIME, "{:?}", start.elapsed());
+}
+
 /// What a load may take, bytes: a few bytes of a file may be an image of a gigabyte, or compressed triangles.
 const MEMORY: u64 = 256 << 20;
 
@@ -349,6 +364,7 @@ pub fn by_name(name: &str) -> Option<fn(&[u8])> {
         "gltf" => Some(gltf),
         "texture" => Some(texture),
         "threemf" => Some(threemf),
+        "vtk" => Some(vtk),
         "scn_grammar" => Some(scn_grammar),
         "ply_grammar" => Some(ply_grammar),
         "mesh_grammar" => Some(mesh_grammar),

@@ -1,4 +1,4 @@
-//! Numbers of glTF files as colours.
+//! Numbers of glTF and VTK files as colours.
 
 use super::{GREY, VIRIDIS, assert_near, shown};
 use crate::program::{Folder, assert_contains};
@@ -148,4 +148,44 @@ fn attributes_may_be_compressed() {
     // Announced, but not there.
     folder.run_line("info b.glb").succeeded();
     folder.fails(&["b.glb", "--color-by", "_U"], 1, "has no _U");
+}
+
+/// Numbers of VTK files, of points and of cells, give the pictures of the same PLY file.
+#[test]
+fn numbers_of_vtk_files() {
+    let folder = Folder::new();
+    let points = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+    folder.write(
+        "a.vtk",
+        &format!(
+            "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n{points}POLYGONS 2 8\n3 0 1 2\n3 0 2 3\n\
+             POINT_DATA 4\nSCALARS heat float\nLOOKUP_TABLE default\n0 1 2 3\nCELL_DATA 2\nSCALARS id int\nLOOKUP_TABLE default\n5 7\n"
+        ),
+    );
+    let numbered: String = (0..)
+        .zip(points.lines())
+        .map(|(i, point)| format!("{point} {i}\n"))
+        .collect();
+    folder.write(
+        "a.ply",
+        &format!(
+            "ply\nformat ascii 1.0\ncomment up z\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+             property float heat\nelement face 2\nproperty list uchar int vertex_indices\nproperty int id\nend_header\n\
+             {numbered}3 0 1 2 5\n3 0 2 3 7\n"
+        ),
+    );
+    for options in ["--color-by heat", "--color-by id", ""] {
+        let picture = |mesh: &str| {
+            let line = format!("{mesh} -s 24x24 -q -o a.ppm --from top {options}");
+            folder.run_line(&line).succeeded();
+            fs::read(folder.path("a.ppm")).unwrap()
+        };
+        assert!(picture("a.vtk") == picture("a.ply"), "{options}");
+    }
+    let info = folder.run_line("info a.vtk").stdout;
+    let info = String::from_utf8_lossy(&info);
+    assert_contains(
+        &info,
+        &["\"heat\" of vertices, 0 to 3", "\"id\" of faces, 5 to 7"],
+    );
 }

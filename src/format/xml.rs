@@ -52,7 +52,8 @@ impl<'a> Xml<'a> {
         })
     }
 
-    fn position(&self) -> usize {
+    /// Where the next tag is searched, in the text.
+    pub(super) fn position(&self) -> usize {
         self.start + self.reader.buffer_position() as usize
     }
 
@@ -105,7 +106,7 @@ impl<'a> Xml<'a> {
                     return Err(TextFault::new(place, message));
                 }
                 Event::DocType(_) => {
-                    let message = "found a document type definition, which 3MF does not allow";
+                    let message = "found a document type definition, which octray does not read";
                     return Err(TextFault::new(place, message));
                 }
                 Event::Eof => {
@@ -250,6 +251,7 @@ impl Attribute<'_> {
     }
 
     /// The value as a whole number.
+    #[cfg(feature = "threemf")]
     pub(super) fn index(&self) -> Result<u32, TextFault> {
         let digits = std::str::from_utf8(self.value.trim_ascii());
         let index = digits.ok().and_then(|digits| digits.parse::<u32>().ok());
@@ -260,6 +262,7 @@ impl Attribute<'_> {
     }
 
     /// The value as a colour such as `#FF8000`, perhaps with an opacity.
+    #[cfg(feature = "threemf")]
     pub(super) fn color(&self) -> Result<[u8; 4], TextFault> {
         let digits = self.value.trim_ascii().strip_prefix(b"#");
         let digits = digits.filter(|digits| digits.iter().all(u8::is_ascii_hexdigit));
@@ -275,6 +278,7 @@ impl Attribute<'_> {
 
     /// The value as a coordinate on an axis, less an offset. `unusable` becomes the fault of the first one that is NaN or
     /// too large.
+    #[cfg(feature = "threemf")]
     pub(super) fn coordinate(
         &self,
         axis: usize,

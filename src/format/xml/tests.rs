@@ -45,7 +45,7 @@ fn broken_xml_has_a_place() {
     );
     assert_eq!(
         fault("<!DOCTYPE a [<!ENTITY b 'c'>]><a/>"),
-        "a:1:1: found a document type definition, which 3MF does not allow"
+        "a:1:1: found a document type definition, which octray does not read"
     );
     assert_eq!(
         fault(&"<a>".repeat(100_000)),
