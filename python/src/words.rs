@@ -8,10 +8,14 @@ use pyo3::{
 use std::io::ErrorKind;
 
 /// What messages say to users of the program, and to those of the package.
-const PHRASES: [(&str, &str); 7] = [
+const PHRASES: [(&str, &str); 8] = [
     (
         "use --view or --eye",
         "choose a viewpoint from 1 to 6, or give a dictionary, such as {\"from\": \"front\"} or {\"eye\": (4, 3, 2)}",
+    ),
+    (
+        "use --from or --eye",
+        "give a dictionary, such as {\"from\": \"front\"} or {\"eye\": (4, 3, 2)}",
     ),
     ("choose it with --camera 1", "choose it with camera=\"1\""),
     (

@@ -17,10 +17,10 @@ const KINDS: [(&[u8], &str); 15] = [
     (b"#?RADIANCE", "an HDR picture"),
     (b"%PDF-", "a PDF document"),
     (b"\x7fELF", "a program"),
-    (b"\x1f\x8b", "compressed by gzip"),
-    (b"\x28\xb5\x2f\xfd", "compressed by Zstandard"),
-    (b"\xfd7zXZ\0", "compressed by xz"),
-    (b"BZh9", "compressed by bzip2"),
+    (b"\x1f\x8b", "compressed by gzip (gunzip unpacks it)"),
+    (b"\x28\xb5\x2f\xfd", "compressed by Zstandard (unzstd unpacks it)"),
+    (b"\xfd7zXZ\0", "compressed by xz (unxz unpacks it)"),
+    (b"BZh9", "compressed by bzip2 (bunzip2 unpacks it)"),
 ];
 
 /// A kind of models that octray does not read.

@@ -34,7 +34,7 @@ pub(super) fn make(seed: u64, count: usize) -> Content {
     let folds = 9.0 + (random.unit() * 5.0).floor();
     let lean = random.range(-0.08, 0.08);
 
-    // 12 triangles are the slab's; the figure has 2 around (rows - 1), around = 5/4 rows.
+    // The slab has 12 triangles; the figure has 2 around (rows - 1), around = 5/4 rows.
     let rows = side((count as f64 - 12.0) / 2.5, 8);
     let mut figure = MeshBuilder::default();
     figure.closed(rows * 5 / 4, rows, |u, v| {

@@ -37,8 +37,8 @@ const MARGIN: f64 = 0.9;
 /// The expected cost of a pixel at a finer level that was not measured lately, as a share of the present cost: part of
 /// a frame's time does not depend on its pixels.
 const OPTIMISM: f64 = 0.75;
-/// Frames before a level that was too slow is tried again: after the first failure, and at most. They double with
-/// every failure.
+/// Frames before a level that was too slow is tried again: after the first failure, doubled with every further one, up to
+/// the second number.
 const PATIENCE: [u64; 2] = [30, 960];
 
 /// The resolution of one frame.

@@ -33,13 +33,13 @@ const PASSES: [usize; 3] = [1, 2, 4];
 const KERNEL: [f32; 3] = [1.0, 2.0, 1.0];
 /// The weight of the middle alone.
 const OWN_WEIGHT: f32 = KERNEL[1] * KERNEL[1];
-/// The total weight of similar neighbours, of 12 at most, from which on they suffice.
+/// Enough weight of similar neighbours; 12 is the most.
 const ENOUGH: f32 = 2.0;
 /// Added to the light, so that black surfaces have a share.
 const LEAST_LIGHT: f32 = 0.004;
-/// The cosine between normals from which on surfaces are different ones: 29 degrees.
+/// Below this cosine between normals (29 degrees), pixels lie on different surfaces.
 const LEAST_COSINE: f32 = 0.875;
-/// The distance from the other's tangent plane from which on surfaces are different ones, in distances of the pixels.
+/// Beyond this distance from the other's tangent plane, in distances of the pixels, pixels lie on different surfaces.
 const MOST_STEP: f32 = 2.0;
 
 /// What a pixel shows.

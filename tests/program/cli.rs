@@ -80,10 +80,10 @@ fn wrong_values_are_usage_errors() {
         ("--eye 1e30,0,0", "1e9"),
         ("--eye --up", "x,y,z"),
         ("--fov wide", "--fov"),
-        ("--fov 0", "field of view"),
-        ("--fov -30", "field of view"),
-        ("--fov 180", "field of view"),
-        ("--fov nan", "field of view"),
+        ("--fov 0", "'--fov <DEG>': expected degrees"),
+        ("--fov -30", "'--fov <DEG>': expected degrees"),
+        ("--fov 180", "'--fov <DEG>': expected degrees"),
+        ("--fov nan", "'--fov <DEG>': expected degrees"),
         // Straight down: parallel to the default up.
         ("--eye 0,0,5", "up vector"),
         ("--eye 0,0,5 --target 0,0,-1", "up vector"),
@@ -92,7 +92,7 @@ fn wrong_values_are_usage_errors() {
         ("--view 2 --eye 1,2,3", "use one of them"),
         ("--camera front --view 2", "use one of them"),
         ("--eye 1,2,3 --camera front", "use one of them"),
-        ("--camera front", "no camera `front`: the scene defines none"),
+        ("--camera front", "the scene defines none; use --view or --eye"),
         ("--sise 5x5", "--size"),
         ("--width 5", "--size WIDTHxHEIGHT"),
         ("--wireframe", "--edges draws the edges of triangles"),
@@ -111,7 +111,7 @@ fn wrong_values_are_usage_errors() {
         ("-o a.gif", ".png"),
         ("-o a", ".png"),
         ("-o .png", ".png"),
-        ("-o a.scn", ".png"),
+        ("-o a.scn", "a.scn is a scene or a mesh, not a picture"),
         ("-o a-#.png", "# stands for the number of a frame"),
         (
             "-o {dir}/a.png",
@@ -482,17 +482,21 @@ fn mesh_errors_suggest_a_remedy() {
     folder.fails(&["no/square.obj"], 1, "directory `no` does not exist");
     folder.fails(&[".\\square.obj"], 1, "write `/` instead of `\\`");
     folder.fails(&["a.scn", "--ground"], 2, "--ground applies to meshes only");
+    for [option, value] in [["--animation", "walk"], ["--animation-time", "2"]] {
+        let words = format!("error: {option} applies to meshes only");
+        folder.fails(&["a.scn", option, value], 2, &words);
+    }
     folder.fails(
         &["square.obj", "--camera", "front"],
         2,
-        "no camera `front`: the mesh defines none",
+        "no camera `front`: the mesh defines none; use --from or --eye",
     );
     folder.fails(
         &["square.obj", "--smooth-angle", "200"],
         2,
         "degrees from 0 to 180",
     );
-    folder.fails(&["square.obj", "--fov", "180"], 2, "field of view");
+    folder.fails(&["square.obj", "--fov", "180"], 2, "less than 180");
     folder.fails(
         &["square.obj", "--eye", "1,2,3", "--target", "1,2,3"],
         2,

@@ -413,7 +413,7 @@ fn poses_of_one_name() {
     fails("r-{pose}.png", "use r-{pose}_#.png");
     fails(
         "x.png",
-        "several frames would be written to x.png; add a run of #",
+        "several frames would be written to x.png; add a run of # for the frame number, such as x-####.png",
     );
     folder.run_line("a.scn --size 8x6 -o a.png").succeeded();
     fails(

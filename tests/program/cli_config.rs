@@ -83,8 +83,17 @@ fn errors_name_the_place() {
         ),
         (
             "[render]\nsize = '8x6'\n",
-            "c.toml:1:2: `render`: the options are not in sections",
+            "c.toml:1:2: a config file has no sections; remove `[render]`",
         ),
+        (
+            "view = 2\nsize = 1920x1080\n",
+            "text needs quotes: size = \"1920x1080\"",
+        ),
+        (
+            "from = front # and centre\n",
+            "text needs quotes: from = \"front\"\n",
+        ),
+        ("quiet = True\n", "`quiet` is a switch, expected true or false"),
         ("config = 'c.toml'\n", "c.toml:1:1"),
         ("view = 2\nsize = '8x'\n", "c.toml:2:8: invalid value '8x'"),
         ("view = 7\n", "c.toml:1:8: invalid value '7'"),
@@ -311,7 +320,7 @@ fn values_of_defaults_are_explained() {
     let folder = Folder::new();
     folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     for (defaults, line, code, option) in [
-        ("fov = 1000", "a.obj", 2, "fov"),
+        ("ortho = -1", "a.obj", 2, "ortho"),
         ("eye = [1, 1, 1]", "a.obj --target=1,1,1", 2, "eye"),
         ("size = '99999x99999'", "a.obj", 1, "size"),
         ("max-memory = '1K'", "a.obj", 1, "max-memory"),

@@ -8,6 +8,7 @@ fn all_methods_agree_and_counts_are_printed() {
     let folder = Folder::new();
     let run = folder.run(&["verify", "--rays", "20000", "--threads", "2"]);
     let words = [
+        concat!("octray ", env!("CARGO_PKG_VERSION"), " ("),
         "brute force",
         "scalar BVH",
         "render",

@@ -53,7 +53,10 @@ fn any_number_of_samples() {
             "--pattern stratified needs the same",
         ),
         ("--samples auto:0", "expected a whole number, 1 or more"),
-        ("--samples auto:", "expected a whole number, 1 or more"),
+        (
+            "--samples auto:",
+            "expected a whole number, 1 or more, such as auto:64",
+        ),
         ("--samples auto5", "expected a whole number, auto or auto:N"),
         ("--samples many", "expected a whole number, 1 or more, or auto"),
         (
@@ -452,7 +455,7 @@ fn files_of_other_kinds_are_refused() {
     folder.fails(
         &["mesh.off.gz"],
         1,
-        "mesh.off.gz: this is compressed by gzip, expected a scene or a mesh",
+        "mesh.off.gz: this is compressed by gzip (gunzip unpacks it), expected a scene or a mesh",
     );
     folder.fails(&["."], 1, "this is a directory");
     folder.write("scene.txt", "// A scene\nsphere 0 0 0 1\n");

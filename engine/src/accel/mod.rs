@@ -175,7 +175,10 @@ impl Bvh {
     /// # Panics
     /// If the hierarchy was built from another scene.
     pub fn follow(&mut self, scene: &Scene) {
-        assert!(self.meshes == scene.meshes_id(), "the hierarchy of another scene");
+        assert!(
+            self.meshes == scene.meshes_id(),
+            "this BVH was built from another scene"
+        );
         if self.is_of(scene) {
             return;
         }
@@ -335,7 +338,7 @@ impl Bvh {
     /// # Panics
     /// If this hierarchy was built from another scene.
     pub fn binary(&self, scene: &Scene) -> &BinaryBvh {
-        assert!(self.is_of(scene), "the hierarchy of another scene");
+        assert!(self.is_of(scene), "this BVH was built from another scene");
         if let Some(binary) = self.binary.get() {
             return binary;
         }

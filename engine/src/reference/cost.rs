@@ -44,7 +44,7 @@ pub struct Stack {
 /// If the hierarchy was built from another scene.
 #[must_use]
 pub fn closest_hit(scene: &Scene, bvh: &Bvh, stack: &mut Stack, ray: &Ray) -> (SceneHit, Cost) {
-    assert!(bvh.is_of(scene), "the hierarchy of another scene");
+    assert!(bvh.is_of(scene), "this BVH was built from another scene");
     at_level!(Level::current(), |simd| counted(simd, scene, bvh, stack, ray))
 }
 

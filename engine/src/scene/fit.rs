@@ -262,7 +262,7 @@ fn swept_rings(axis: DVec3, meshes: &[PlacedMesh<'_>]) -> (DVec3, TriangleMesh) 
     (middle, rings)
 }
 
-/// Returns where an eye at this depth must be along a side of the picture, so that the points reach as far to both ends.
+/// Returns the eye's place along a side of the picture, at this depth, from which the points reach equally far to both ends.
 /// `axes` are the side and the forward axis; `slope` is the half side at a distance of 1, with room to spare.
 ///
 /// The slope at which both ends touch the points is the zero of a convex function, which Newton's method finds in a few
@@ -287,7 +287,7 @@ fn middle_of_view(points: &Points<'_>, axes: [DVec3; 2], depth: f64, reach: f64,
 
 /// Returns the extent of the points along the normals of both planes of a slope, and the depth of a point that reaches it.
 fn touching(points: &Points<'_>, [side, forward]: [DVec3; 2], slope: f64) -> [(f64, f64); 2] {
-    // Of points on the plane the deepest, whatever their order.
+    // Among points on the plane the deepest counts, so their order does not matter.
     let farther = |a: (f64, f64), b: (f64, f64)| if b > a { b } else { a };
     points.fold(
         || [(f64::NEG_INFINITY, f64::NEG_INFINITY); 2],

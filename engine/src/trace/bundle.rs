@@ -83,7 +83,7 @@ impl Tracer<'_> {
         while let Some(leaf) = self.next_leaf::<V, O>(simd, culling, &mut deferred, limits) {
             let taken = O::visit_leaf::<V, ANY>(self, simd, leaf, &mut deferred, culling, limits);
             if ANY {
-                // Without a branch on which packets these are.
+                // No branch per packet.
                 limits.end(taken);
                 continue;
             }
@@ -102,7 +102,7 @@ impl Tracer<'_> {
         packets: u32,
         culling: &Culling<'_, V>,
     ) -> (u32, Limits<V>) {
-        // The ends of the packets' rays: first a row, then a lane per packet; all packets at once.
+        // One row of `t` per packet, reduced to one lane per packet.
         let mut ends = [V::Triangles::splat(simd, 0.0); REGISTER_LANES];
         let scratch = self.scratch.of::<V>();
         for p in bits(packets) {

@@ -144,7 +144,7 @@ impl<'a> Tracer<'a> {
 
     /// Checks that the BVH was built from this scene: ids would be those of other primitives.
     fn check(self, scene: &Scene) -> Self {
-        assert!(self.bvh.is_of(scene), "the hierarchy of another scene");
+        assert!(self.bvh.is_of(scene), "this BVH was built from another scene");
         self
     }
 

@@ -45,7 +45,7 @@ impl RayKind {
 // Tuned: see docs/lab-notes.md#entry-nodes
 pub(super) const ENTRY_PACKETS: usize = 128;
 
-/// Groups that skip sorting after it did not help: time for sorting in vain against rays that become sortable.
+/// Groups that skip sorting after a useless sort. Higher wastes less time; lower notices sooner that sorting pays.
 // Tuned: see docs/lab-notes.md#varied-constants
 const SKIPPED_SORTS: u32 = 8;
 
@@ -58,8 +58,8 @@ const MIXED_ONE_IN: usize = 4;
 // Tuned: see docs/lab-notes.md#varied-constants
 const SPREAD_ONE_IN: usize = 16;
 
-/// A packet is spread if the square around its rays' targets exceeds its share of the square around all targets by this
-/// factor. (On a smooth surface it is at most about 2.)
+/// A packet is spread if the area of the bounding square of its targets is this many times its fair share of the group's.
+/// (On a smooth surface the factor is at most about 2.)
 // Tuned: see docs/lab-notes.md#varied-constants
 pub(super) const SPREAD: f32 = 2.5;
 

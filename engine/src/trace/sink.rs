@@ -20,8 +20,7 @@ pub(super) trait ResultSink {
     fn put<S: Simd, M: Memory>(&mut self, simd: S, i: usize, packet: &Packet<M>, eight: usize);
     /// Writes result `i`: eight lanes without a hit.
     fn put_none(&mut self, i: usize, rays: &RayPacket);
-    /// Writes the results of a packet of sorted rays: `members` are results times eight plus lane, from `base` on,
-    /// which hold none yet.
+    /// Writes the results of a packet of sorted rays: member m goes to result `base` + m / 8, lane m % 8, still empty.
     fn scatter<S: Simd, M: Memory>(&mut self, simd: S, base: usize, packet: &Packet<M>, members: &[u16]);
 }
 
@@ -45,11 +44,11 @@ impl ResultSink for &mut [HitPacket] {
             let hits = packet.hits(simd, eight);
             for (lane, &member) in members.iter().enumerate() {
                 let (i, to) = (base + usize::from(member) / LANES, usize::from(member) % LANES);
-                let answer = &mut self[i];
-                answer.t.as_mut_array()[to] = hits.t.as_array()[lane];
-                answer.u.as_mut_array()[to] = hits.u.as_array()[lane];
-                answer.v.as_mut_array()[to] = hits.v.as_array()[lane];
-                answer.primitive[to] = hits.primitive[lane];
+                let result = &mut self[i];
+                result.t.as_mut_array()[to] = hits.t.as_array()[lane];
+                result.u.as_mut_array()[to] = hits.u.as_array()[lane];
+                result.v.as_mut_array()[to] = hits.v.as_array()[lane];
+                result.primitive[to] = hits.primitive[lane];
             }
         }
     }

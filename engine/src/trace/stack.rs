@@ -6,7 +6,8 @@ use crate::{
     simd::{LaneMask, Lanes},
 };
 
-/// A subtree to visit, the packets that may hit something in it, and its least q (least t without a frustum).
+/// A subtree to visit, the packets that may hit something in it, and its least q: the distance along the dominant axis, see
+/// [`frustum`](super::frustum); without a frustum, its least t.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
     pub child: Child,

@@ -46,7 +46,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "N", value_parser = values::whole::<100_000>, default_value_t = 9)]
     pub repeat: u32,
 
-    /// Which BVH is traced; auto expects the camera and shadow rays of all runs
+    /// Which BVH is traced; auto counts the camera and shadow rays of all runs
     #[arg(long, value_enum, value_name = "QUALITY", default_value_t = Build::Quality(BuildQuality::Best))]
     pub build: Build,
 

@@ -62,7 +62,7 @@ pub struct CameraArgs {
     pub up: Option<DVec3>,
 
     /// Vertical field of view, degrees [default: the scene camera's; 45 for a mesh, or with --eye or --view]
-    #[arg(long, value_name = "DEG", value_parser = values::degrees, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", value_parser = values::field_of_view, allow_negative_numbers = true)]
     pub fov: Option<f64>,
 
     /// Orthographic view of this height instead of a field of view, scene units; `fit` frames a mesh
@@ -104,23 +104,29 @@ pub struct MeshArgs {
     #[arg(long, value_name = "DEG", value_parser = values::angle)]
     pub smooth_angle: Option<f64>,
 
-    /// Diameter of the points or lines of a file without faces, scene units [default: 1.3 times the distance of points from
-    /// each other; with lines, 1/200 of the diagonal of the box around them]
+    /// Diameter of the points or lines of a file without faces, scene units [default: 1.3 times the distance between
+    /// neighbouring points; with lines, 1/200 of the diagonal of the box around them]
     #[arg(long, value_name = "DIAMETER", value_parser = values::diameter, allow_negative_numbers = true)]
     pub point_size: Option<f32>,
 
-    /// Show numbers as colours, instead of all others. NAME is x, y or z, a coordinate in the file, or the name of a scalar
-    /// property: of vertices or faces in a PLY file, of vertices in a glTF file. octray info lists the names in a file
+    /// Colour the mesh by a number per vertex or face instead of its own colours. NAME is x, y or z, a coordinate in the
+    /// file, or the name of a scalar property: of vertices or faces in a PLY or VTK file, of vertices in a glTF file. octray info
+    /// lists the names in a file
     #[arg(long, value_name = "NAME")]
     pub color_by: Option<String>,
 
-    /// The colours of --color-by, by matplotlib's names; rdbu, rdylbu, brbg, piyg and spectral diverge from their middle, and
-    /// rainbow, for angles, ends as it begins [default: viridis]
-    #[arg(long, value_name = "MAP", value_enum, requires = "color_by")]
+    /// The colours of --color-by; rdbu, rdylbu, brbg, piyg and spectral are diverging; rainbow is cyclic, for angles
+    /// [default: viridis]
+    #[arg(
+        long,
+        value_name = "MAP",
+        value_enum,
+        ignore_case = true,
+        requires = "color_by"
+    )]
     pub color_map: Option<ColorMap>,
 
-    /// The numbers that have the first and the last colour; LOW above HIGH reverses the map [default: the smallest and the
-    /// largest number]
+    /// Values at the two ends of the map; LOW above HIGH reverses it [default: the smallest and the largest number]
     #[arg(long, value_name = "LOW,HIGH", value_parser = values::range, allow_hyphen_values = true, requires = "color_by")]
     pub color_range: Option<[f64; 2]>,
 
@@ -138,7 +144,8 @@ pub struct MeshArgs {
     pub lit_from: Option<DVec3>,
 
     /// Light the mesh by an environment map, equirectangular (.hdr, .exr or another picture), at a brightness that suits the
-    /// mesh; its middle is behind the front of the mesh. Needs many samples, such as --samples auto:64
+    /// mesh. The image's centre is straight behind the mesh, seen from its front. Needs many samples, such as
+    /// --samples auto:64
     #[arg(long, value_name = "FILE", conflicts_with = "lit_from")]
     pub environment: Option<PathBuf>,
 

@@ -34,7 +34,7 @@ macro_rules! choices {
 }
 
 choices! { AovKind:
-    Self::Depth => "depth", "Distance from the eye, in a file 255 ln(black / distance) / ln(black / white), rounded down, but 1 at least, and 0 for misses: docs/json.md has the distances black and white";
+    Self::Depth => "depth", "Distance from the eye; in all files but EXR on a logarithmic scale, 255 near, 1 far, 0 for a miss (formula: docs/json.md)";
     Self::Normal => "normal", "Shading normal";
     Self::Albedo => "albedo", "The material's own colour";
     Self::Id => "id", "Which triangle or sphere";

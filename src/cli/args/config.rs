@@ -153,9 +153,9 @@ struct File<'a> {
 
 impl File<'_> {
     fn defaults(&self) -> Result<Vec<Setting>, LoadError> {
-        let table = DeTable::parse(self.text)
-            .map_err(|error| self.fault(error.span().unwrap_or(0..0), error.message()))?;
         let render = render_command();
+        let table = DeTable::parse(self.text)
+            .map_err(|error| self.invalid(&render, error.span().unwrap_or(0..0), error.message()))?;
         let mut entries: Vec<_> = table.get_ref().iter().collect();
         // Faults are reported in the order of the file.
         entries.sort_by_key(|(key, _)| key.span().start);
@@ -188,7 +188,7 @@ impl File<'_> {
         let option = options(render).find(|option| option.get_long() == Some(key));
         let option = option.ok_or_else(|| {
             let message = match value.get_ref() {
-                DeValue::Table(_) => format!("`{}`: the options are not in sections", clip(key)),
+                DeValue::Table(_) => format!("a config file has no sections; remove `[{}]`", clip(key)),
                 _ => no_option(render, key),
             };
             self.fault(span.clone(), &message)
@@ -199,7 +199,7 @@ impl File<'_> {
         let argument = match value.get_ref() {
             DeValue::Boolean(on) if is_switch || !needs_value => on.then(|| format!("--{key}")),
             _ if is_switch => {
-                return Err(fault(&format!("`{key}` is a switch, expected true or false")));
+                return Err(fault(&no_switch(key)));
             }
             value => {
                 let text = text(value).ok_or_else(|| {
@@ -240,6 +240,28 @@ impl File<'_> {
         }
     }
 
+    /// The error about text that is not TOML.
+    fn invalid(&self, render: &Command, span: Range<usize>, message: &str) -> LoadError {
+        // After an f or a t the parser expects false or true.
+        if !message.contains("must be quoted") && !message.starts_with("invalid boolean") {
+            return self.fault(span, message);
+        }
+        let start = self.text[..span.start].rfind('\n').map_or(0, |end| end + 1);
+        let line = self.text[start..].lines().next().unwrap_or_default();
+        let (key, value) = line.split_once('=').unwrap_or_default();
+        let (key, value) = (key.trim(), value.split('#').next().unwrap_or_default().trim());
+        let option = options(render).find(|option| option.get_long() == Some(key));
+        let message = match option.map(|option| matches!(option.get_action(), ArgAction::SetTrue)) {
+            Some(true) => no_switch(key),
+            Some(false) if value.is_empty() => format!("`{key}` has no value"),
+            Some(false) if !value.contains(['"', '[', '\\']) => {
+                format!("text needs quotes: {key} = \"{}\"", clip(value))
+            }
+            _ => "text needs quotes".to_owned(),
+        };
+        self.fault(span, &message)
+    }
+
     fn fault(&self, span: Range<usize>, message: &str) -> LoadError {
         // A parser's message may have several lines.
         LoadError::in_text(
@@ -261,6 +283,10 @@ fn render_command() -> Command {
 fn options(render: &Command) -> impl Iterator<Item = &Arg> {
     let is_key = |option: &&Arg| option.get_long().is_some_and(|long| !NO_KEYS.contains(&long));
     render.get_arguments().filter(is_key)
+}
+
+fn no_switch(key: &str) -> String {
+    format!("`{key}` is a switch, expected true or false")
 }
 
 fn no_option(render: &Command, key: &str) -> String {

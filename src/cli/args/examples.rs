@@ -35,13 +35,15 @@ Examples:
 `octray SCENE` is short for `octray render SCENE`; `octray render --help` lists its options. For a scene \
 with the name of a command, write a path such as ./info, or the command before it.
 
+a.scn, bunny.ply and other files outside of scenes/ stand for your own.
+
 Environment: OCTRAY_ISA=portable, avx2 or avx512 selects an instruction set, by default the best of \
 this CPU. Pictures are the same with all of them.
 
 Exit codes: 0 success; 1 failure (the input, the disk, a limit); 2 usage error; ",
     with_window!("3 no display; "),
-    "5 a comparison or verification differs. SIGINT, SIGTERM and SIGHUP end octray themselves, which shells show \
-as 130, 143 and 129."
+    "5 a comparison or verification differs. octray dies from SIGINT, SIGTERM and SIGHUP; shells report 130, 143 and \
+129."
 );
 
 pub const RENDER: &str = "\

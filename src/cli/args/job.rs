@@ -34,6 +34,29 @@ pub(super) const IGNORED_DEFAULTS: [&str; 9] = [
     "json",
 ];
 
+/// Help on arguments of `octray render` that have no streams and animations in a job.
+pub(super) const HELP: [(&str, &str); 4] = [
+    (
+        "scenes",
+        "Scenes (.scn) or meshes (.ply, .obj, .off, .stl, .gltf, .glb, .3mf, .vtk, .vtp, .vtu)",
+    ),
+    (
+        "output",
+        "The picture: .png, .ppm, .qoi, .jpg, .bmp, .tiff or .exr (linear floats). {stem} stands for the scene's name, \
+         {folder} for its folder's, and a run of # for the frame's number. A symbolic link is followed: its target is \
+         replaced [default: {stem}.png, or {stem}-####.png for --turntable, --poses and --sphere, in the current directory]",
+    ),
+    (
+        "turntable",
+        "Render N frames of a turn around the camera's target. In -o, a run of # stands for the number, from 1",
+    ),
+    (
+        "poses",
+        "Render the scene from every camera of a NeRF transforms.json or of a COLMAP reconstruction (its folder, images.txt \
+         or images.bin). In -o, a run of # stands for the number, {pose} for the name in the file",
+    ),
+];
+
 /// Arguments of `octray job`.
 #[derive(Args, Debug)]
 pub struct JobArgs {

@@ -24,7 +24,7 @@ impl MemoryArgs {
 /// Threads that a command uses.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct ThreadsArgs {
-    /// Number of threads; at most 4 per CPU, or 64, are started [default: one per CPU]
+    /// Number of threads; at most 4 per CPU, or 64 if that is more [default: one per CPU]
     #[arg(short = 'j', long, value_name = "N", value_parser = values::whole::<4096>)]
     threads: Option<u32>,
 }

@@ -67,7 +67,7 @@ enum Command {
     View(Box<view::ViewArgs>),
     /// Write the tasks with which a render farm renders frames or tiles
     ///
-    /// Tasks read and write files: - stands for nothing here, and no picture is an animation.
+    /// Tasks read and write files: neither - nor animations are supported.
     #[command(after_long_help = examples::JOB)]
     Job(Box<job::JobArgs>),
     /// Merge the tiles of a picture, rendered with `octray render --crop`
@@ -92,8 +92,13 @@ enum Command {
 /// The definition of all commands and options.
 pub fn definition() -> clap::Command {
     let hidden = |job: clap::Command, id: &&'static str| job.mut_arg(*id, |option| option.hide(true));
+    let explained = |job: clap::Command, (id, help): (&'static str, &'static str)| {
+        job.mut_arg(id, |argument| argument.help(help))
+    };
     Cli::command().mut_subcommands(|command| match command.get_name() {
-        "job" => job::IGNORED_DEFAULTS.iter().fold(command, hidden),
+        "job" => job::HELP
+            .into_iter()
+            .fold(job::IGNORED_DEFAULTS.iter().fold(command, hidden), explained),
         _ => command,
     })
 }

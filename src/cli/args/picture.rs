@@ -25,7 +25,7 @@ pub struct PictureArgs {
     #[arg(id = "aov", long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     pub aovs: Vec<AovKind>,
 
-    /// Scene units of a step of the 16-bit depth of --aov z in a PNG file, which reaches to 65535 steps [default: 0.001]
+    /// Depth step of --aov z in PNG files, scene units; the farthest depth is 65535 steps [default: 0.001]
     #[arg(long, value_name = "UNITS", value_parser = values::step)]
     pub z_step: Option<f64>,
 
@@ -192,7 +192,9 @@ impl Samples {
         match text.strip_prefix("auto") {
             Some("") => Ok(Self::Auto(MANY_SAMPLES)),
             Some(most) => match most.strip_prefix(':') {
-                Some(most) => whole(most).map(Self::Auto),
+                Some(most) => whole(most)
+                    .map(Self::Auto)
+                    .map_err(|expected| format!("{expected}, such as auto:64")),
                 None => Err("expected a whole number, auto or auto:N".into()),
             },
             None => whole(text)

@@ -35,8 +35,8 @@ pub struct RenderArgs {
 
     /// The picture: .png, .ppm, .qoi, .jpg, .bmp, .tiff or .exr (linear floats); - writes a PNG to standard output.
     /// {stem} stands for the scene's name, {folder} for its folder's, and a run of # for the frame's number. A symbolic link
-    /// stays, and the file that it leads to is replaced [default: {stem}.png, or {stem}-####.png for --turntable, --poses and
-    /// --sphere, in the current directory]
+    /// is followed: its target is replaced [default: {stem}.png, or {stem}-####.png for --turntable, --poses and --sphere, in
+    /// the current directory]
     #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub output: Option<PathBuf>,
 
@@ -158,12 +158,10 @@ impl RenderArgs {
         if self.is_default("focus") {
             defaults.push(FOCUS);
         }
-        let is_typed = |is_given: bool, id| is_given && !self.is_default(id);
-        let is_pose_typed = is_typed(self.mesh.animation.is_some(), "animation")
-            || is_typed(self.mesh.animation_time.is_some(), "animation_time");
-        if !is_pose_typed {
-            defaults.push(ANIMATION);
-        }
+        let is_given = [self.mesh.animation.is_some(), self.mesh.animation_time.is_some()];
+        let is_typed = |&(name, is_given): &(&str, bool)| is_given && !self.is_default(&id(name));
+        let pose = ANIMATION.into_iter().zip(is_given);
+        defaults.extend(pose.filter(|option| !is_typed(option)).map(|(name, _)| name));
         defaults
     }
 

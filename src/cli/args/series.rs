@@ -59,7 +59,8 @@ pub struct SeriesArgs {
     #[arg(long, value_name = "A-B", value_parser = values::frames)]
     pub frames: Option<FrameRange>,
 
-    /// Frames per second of an animation; above 50, browsers slow a .gif down, but no .apng [default: 25]
+    /// Frames per second of an animation; browsers play a .gif of more than 50 too slowly, but not an .apng
+    /// [default: 25]
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FPS }>)]
     pub fps: Option<u32>,
 }
@@ -145,8 +146,8 @@ impl SeriesArgs {
 #[command(next_help_heading = "Comparison")]
 pub struct CompareArgs {
     /// Compare the rendered picture with this one, and exit with 5 if they differ. Pixels with alpha 0 in both are equal; in
-    /// EXR files their colours count. If only one of both has floats (EXR, float TIFF), they become bytes first, as this call
-    /// would write them to a PNG. The figures are of red, green, blue and, unless all pixels of both are opaque, alpha
+    /// EXR files their colours count. If only one of the two has floats (EXR, float TIFF), they become bytes first, as this call
+    /// would write them to a PNG. Red, green and blue are compared, and alpha unless both pictures are opaque
     #[arg(long, value_name = "REFERENCE")]
     pub compare: Option<PathBuf>,
 

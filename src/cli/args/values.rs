@@ -74,6 +74,12 @@ pub fn degrees(text: &str) -> Result<f64, String> {
         .map_err(|_| "expected a number of degrees, such as 45".into())
 }
 
+/// A vertical field of view, degrees.
+pub fn field_of_view(text: &str) -> Result<f64, String> {
+    let angle = text.parse().ok().filter(|&angle| angle > 0.0 && angle < 180.0);
+    angle.ok_or_else(|| "expected degrees, more than 0 and less than 180, such as 45".into())
+}
+
 /// A length of any size, scene units.
 pub fn length(text: &str) -> Result<f64, String> {
     text.parse()

@@ -185,7 +185,7 @@ impl CameraOptions {
         match &self.start {
             StartView::Named(name) => {
                 let names: Vec<&str> = mesh.cameras.iter().map(|camera| camera.name.as_str()).collect();
-                let camera = &mesh.cameras[find("the mesh", &names, name)?];
+                let camera = &mesh.cameras[find(MESH, &names, name)?];
                 return self
                     .applied_to(camera.view())
                     .map_err(|error| of_camera(name, &error));
@@ -266,6 +266,9 @@ fn towards(side: Side, axis: UpAxis) -> DVec3 {
     axis.right() * sin_a + axis.front() * cos_a + axis.vector() * rise
 }
 
+/// What messages call a mesh.
+const MESH: &str = "the mesh";
+
 /// The index of the camera of that name or number (from 1 on).
 fn find(owner: &str, names: &[&str], wanted: &str) -> Result<usize, CliError> {
     index_of(names, wanted).ok_or_else(|| CliError::Usage(no_camera(owner, names, wanted)))
@@ -284,7 +287,8 @@ fn of_camera(name: &str, error: &CliError) -> CliError {
 fn no_camera(owner: &str, names: &[&str], wanted: &str) -> String {
     let found = clip(wanted);
     if names.is_empty() {
-        return format!("no camera `{found}`: {owner} defines none; use --view or --eye");
+        let other = if owner == MESH { "--from" } else { "--view" };
+        return format!("no camera `{found}`: {owner} defines none; use {other} or --eye");
     }
     if names == [""] {
         return format!(

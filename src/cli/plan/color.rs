@@ -63,7 +63,7 @@ pub const COLORS: usize = 256;
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 pub struct ColorMap(usize);
 
-/// The maps, by matplotlib's names. Its `rainbow` is another one, and most of the others differ a little.
+/// The maps, by matplotlib's names in lower case. Its `rainbow` is another one, and most of the others differ a little.
 const MAPS: [(&str, Gradient); 17] = [
     ("viridis", colorous::VIRIDIS),
     ("magma", colorous::MAGMA),
@@ -101,9 +101,11 @@ impl ColorMap {
         MAPS[self.0].0
     }
 
-    /// The map of this name.
+    /// The map of this name, in upper or lower case.
     pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|map| map.name() == name)
+        Self::ALL
+            .into_iter()
+            .find(|map| map.name().eq_ignore_ascii_case(name))
     }
 
     /// Its colours, display values from 0 to 1.

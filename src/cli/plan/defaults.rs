@@ -28,8 +28,7 @@ const UNNAMED: [(&str, &[&str]); 4] = [
 ];
 
 /// The same of cameras. Those of scenes have no options; their errors are of loading.
-const CAMERA: [(&str, &[&str]); 6] = [
-    ("the field of view", &["fov"]),
+const CAMERA: [(&str, &[&str]); 5] = [
     ("the height of the orthographic view", &["ortho"]),
     ("the aperture", &["aperture", "focus"]),
     ("the distance in focus", &["focus"]),

@@ -248,7 +248,7 @@ pub fn kind_of(path: &Path) -> Result<InputKind, CliError> {
 }
 
 /// The options that show a pose of an animation.
-pub const ANIMATION: &str = "--animation or --animation-time";
+pub const ANIMATION: [&str; 2] = ["--animation", "--animation-time"];
 /// The distance in focus, which needs a lens.
 pub const FOCUS: &str = "--focus";
 /// The height that frames a mesh.
@@ -300,7 +300,8 @@ impl MeshOptions {
 
     /// Leaves out an animation of the config file if the mesh has none. Finding that out may take `memory` bytes.
     pub(super) fn without_stray_animation(self, path: &Path, memory: u64) -> Self {
-        let is_default = self.moment.is_some() && self.defaults.contains(&ANIMATION);
+        let is_default = |option| self.defaults.contains(option);
+        let is_default = self.moment.is_some() && ANIMATION.iter().all(is_default);
         if !is_default || self.playback.is_some() || is_standard_stream(path) {
             return self;
         }
@@ -316,6 +317,7 @@ impl MeshOptions {
     /// # Errors
     /// [`CliError::Usage`].
     pub fn refuse_for_scene(&self, scene: &Path) -> Result<(), CliError> {
+        let is_named = |moment: &Moment| moment.animation.is_some();
         let given = [
             ("--style", self.is_style_given),
             ("--ground", self.ground),
@@ -323,7 +325,8 @@ impl MeshOptions {
             ("--smooth-angle", self.smooth_degrees.is_some()),
             ("--point-size", self.point_size.is_some()),
             ("--color-by", self.color_by.values != Shading::Own),
-            (ANIMATION, self.moment.is_some()),
+            (ANIMATION[0], self.moment.as_ref().is_some_and(is_named)),
+            (ANIMATION[1], self.moment.is_some()),
             ("--lit-from", self.lit_from.is_some()),
             ("--environment", self.environment.is_some()),
         ];
@@ -346,9 +349,7 @@ impl CameraOptions {
 /// Whether an option with its value, such as `--from=top`, applies to meshes only.
 pub fn is_for_meshes(option: &str) -> bool {
     let name = option.split('=').next().unwrap_or_default();
-    option == "--ortho=fit"
-        || ANIMATION.split(" or ").any(|other| other == name)
-        || FOR_MESHES.contains(&name)
+    option == "--ortho=fit" || ANIMATION.contains(&name) || FOR_MESHES.contains(&name)
 }
 
 /// Refuses options of meshes that are given for a scene, except for those that are only `defaults`.

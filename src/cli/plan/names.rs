@@ -242,6 +242,12 @@ fn with_number(pattern: &str, number: u32) -> Option<String> {
     Some(format!("{before}{number:0digits$}{after}"))
 }
 
+/// A pattern with a run of # before its extension.
+pub fn numbered(pattern: &Path) -> PathBuf {
+    let extension = pattern.extension().and_then(OsStr::to_str).unwrap_or("png");
+    beside(pattern, "-####", extension).path
+}
+
 /// The same place with something added to the file's name, and another extension.
 fn beside(path: &Path, addition: &str, extension: &str) -> PicturePath {
     let mut name = path.file_stem().unwrap_or_default().to_owned();

@@ -3,7 +3,7 @@
 use super::{
     Poses, Turn,
     input::is_standard_stream,
-    names::{Origin, folder, pattern_per_pose},
+    names::{Origin, folder, numbered, pattern_per_pose},
 };
 use crate::{
     cli::{CliError, write::Output},
@@ -65,15 +65,16 @@ impl<'a> Places<'a> {
             format!("{first} and {scene} would both be written to {name}; {hint}")
         } else if let Some((first, second)) = frames {
             let poses = self.poses.zip(pattern.and_then(pattern_per_pose));
-            match poses {
-                Some((poses, pattern)) => {
-                    let [first, second] = [first, second].map(|number| described(poses, number));
-                    let pattern = clip(&pattern);
-                    format!("poses {first} and {second} would both be written to {name}; use {pattern}")
-                }
-                None => format!(
-                    "several frames would be written to {name}; add a run of # for the frame number, such as a-####.png"
-                ),
+            if let Some((poses, pattern)) = poses {
+                let [first, second] = [first, second].map(|number| described(poses, number));
+                let pattern = clip(&pattern);
+                format!("poses {first} and {second} would both be written to {name}; use {pattern}")
+            } else {
+                let numbered = numbered(pattern.unwrap_or(Path::new("a.png")));
+                format!(
+                    "several frames would be written to {name}; add a run of # for the frame number, such as {}",
+                    clip_path(&numbered)
+                )
             }
         } else {
             format!(

@@ -147,7 +147,7 @@ pub struct Pictures<'a> {
     pub look: &'a Look,
     /// The pattern of `--output`.
     pub output: Option<&'a Path>,
-    /// Whether it stands on the command line, and not in a config file.
+    /// Whether it is on the command line, and not in a config file.
     pub is_typed: bool,
     /// That of poses counts them.
     pub turntable: Option<Turntable>,
@@ -179,7 +179,7 @@ pub struct CompareOptions<'a> {
     pub reference: &'a Path,
     /// The pattern of `--difference`.
     pub difference: Option<&'a Path>,
-    /// Whether it stands on the command line, and not in a config file.
+    /// Whether it is on the command line, and not in a config file.
     pub is_typed: bool,
     /// Levels of 255.
     pub tolerance: f32,

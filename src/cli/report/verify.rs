@@ -14,7 +14,7 @@ pub fn text(settings: &Settings, outcome: &Outcome, took: Duration, stopped: boo
     let (done, counts) = (&outcome.done, &outcome.counts);
     let small = done.scenes - done.large_scenes;
     let mut text = format!(
-        "{}\nthis machine: {}, {}\nseed {}\n\n",
+        "octray {}\nthis machine: {}, {}\nseed {}\n\n",
         version::long(),
         machine(),
         crate::isa(),
@@ -66,7 +66,7 @@ pub fn difference(fault: &Fault) -> String {
     // Writing to a string cannot fail.
     let _ = writeln!(
         text,
-        "scene {} of seed {}, {} primitives; {}",
+        "scene {} of seed {}, {} primitives; octray {}",
         fault.scene,
         fault.seed,
         grouped(fault.primitives as u64),
@@ -197,7 +197,7 @@ impl Json {
             schema,
             machine: machine(),
             isa: crate::isa(),
-            version: version::short(),
+            version: env!("CARGO_PKG_VERSION"),
             seed: settings.seed,
             scenes: done.scenes,
             rays: done.rays,

@@ -78,7 +78,7 @@ impl Comparison {
         &self.reference
     }
 
-    /// Compares the picture of an output, and writes the difference picture if they differ. If only one of both files has
+    /// Compares the picture of an output, and writes the difference picture if they differ. If only one of the two files has
     /// floats, they become bytes by `transfer`.
     ///
     /// # Errors

@@ -80,6 +80,10 @@ impl Format {
                 "{name}: octray does not write .{other}, expected {}",
                 Self::EXTENSIONS
             ),
+            Some("scn" | "ply" | "obj" | "off" | "stl" | "gltf" | "glb" | "3mf") => format!(
+                "{name} is a scene or a mesh, not a picture: expected {}",
+                Self::EXTENSIONS
+            ),
             _ => format!(
                 "cannot tell the format of {name} from its extension: expected {}",
                 Self::EXTENSIONS

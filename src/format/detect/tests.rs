@@ -54,7 +54,7 @@ fn other_files_are_called_by_their_kind() {
     for (bytes, kind) in [
         (&b"\xff\xd8\xff\xe0\0\x10JFIF"[..], "a JPEG picture"),
         (b"%PDF-1.7\n", "a PDF document"),
-        (b"\x1f\x8b\x08\0", "compressed by gzip"),
+        (b"\x1f\x8b\x08\0", "compressed by gzip (gunzip unpacks it)"),
     ] {
         let error = load_any(bytes, Path::new("-"), &mut Vec::new(), u64::MAX).expect_err(kind);
         assert_eq!(

@@ -131,16 +131,15 @@ const BASE_SLAB: f64 = 0.01;
 const BASE: f64 = 0.25;
 /// ... and less than this is no base at all: not even four feet.
 const NO_BASE: f64 = 0.005;
-/// An upright mesh is this many times higher than it is wide and deep.
-const UPRIGHT: f64 = 4.0;
+/// A long mesh is this many times longer than it is wide and deep.
+const LONG: f64 = 4.0;
 /// A flat mesh, such as a terrain, is this many times wider and deeper than it is high.
 const FLAT: f64 = 8.0;
 
 /// Another axis that is more likely up than `assumed`, and why.
 ///
-/// A mesh is doubted if it has no base where it should stand, but has one elsewhere, or flat ends of a long shape, or is much
-/// thinner along another axis. Its length alone says nothing: cars and ships are as long as towers are high. A sample of the
-/// triangles decides.
+/// A mesh is doubted if it has no base where it should stand, but has one elsewhere, or is much thinner along another axis; or
+/// if it is much longer along another axis. A sample of the triangles decides.
 pub(super) fn doubt(mesh: &TriangleMesh, assumed: UpAxis) -> Option<(UpAxis, String)> {
     let sample = Sample::of(mesh)?;
     let size = sample.size;
@@ -155,22 +154,26 @@ pub(super) fn doubt(mesh: &TriangleMesh, assumed: UpAxis) -> Option<(UpAxis, Str
         UpAxis::Y
     };
     let i = axis.index();
-    let (along, a, b) = (size[i], size[(i + 1) % 3], size[(i + 2) % 3]);
+    let longest = || {
+        let is_long = |i: usize| size[i] > LONG * size[(i + 1) % 3].max(size[(i + 2) % 3]);
+        let mut others = UpAxis::ALL.into_iter().filter(|axis| axis.index() != up);
+        let axis = others.find(|axis| is_long(axis.index()))?;
+        Some((axis, format!("it is longest along {axis}")))
+    };
     if sample.base(assumed) >= NO_BASE {
-        return None;
+        return longest();
     }
     let others = UpAxis::ALL.into_iter().filter(|axis| axis.index() != up);
     let with_base: Vec<UpAxis> = others.filter(|&axis| sample.base(axis) >= BASE).collect();
     match with_base[..] {
-        [] if FLAT * along < a.min(b) => Some((axis, format!("it is thinnest along {axis}"))),
-        [end, other] if end.index() == i && other.index() == i && along > UPRIGHT * a.max(b) => {
-            Some((axis, format!("it is longest along {axis}")))
+        [] if FLAT * size[i] < size[(i + 1) % 3].min(size[(i + 2) % 3]) => {
+            Some((axis, format!("it is thinnest along {axis}")))
         }
         [axis] if axis.index() != UpAxis::X.index() => {
             Some((axis, format!("its flat side faces {}", axis.opposite())))
         }
         // Walls, or an axis that hardly any program takes for up.
-        _ => None,
+        _ => longest(),
     }
 }
 

@@ -189,11 +189,11 @@ impl Header {
         };
         header.read_comments(&text);
         for (i, definition) in parsed.elem_defs.iter().enumerate() {
-            let element =
-                Element::plan(definition).map_err(|message| Fault::text(element_line(bytes, i), message))?;
+            let element = Element::plan(definition)
+                .map_err(|(property, message)| Fault::text(header_line(bytes, i, property), message))?;
             if element.role != Role::Other && header.elements.iter().any(|e| e.role == element.role) {
                 let message = format!("second element {}, expected one", quote(element.name.as_bytes()));
-                return Err(Fault::text(element_line(bytes, i), message));
+                return Err(Fault::text(header_line(bytes, i, 0), message));
             }
             if element.role == Role::Vertex {
                 header.vertices = element.count;
@@ -247,7 +247,7 @@ impl Header {
                         &format!("{} records", quote(element.name.as_bytes()))
                     ),
                 );
-                return Err(Fault::text(element_line(bytes, i), message));
+                return Err(Fault::text(header_line(bytes, i, 0), message));
             }
         }
         Ok(())
@@ -255,7 +255,8 @@ impl Header {
 }
 
 impl Element {
-    fn plan(definition: &serde_ply::ElementDef) -> Result<Self, String> {
+    /// An error has the number of the property that it is about, from 1; 0 for the element.
+    fn plan(definition: &serde_ply::ElementDef) -> Result<Self, (usize, String)> {
         let role = match definition.name.as_str() {
             "vertex" => Role::Vertex,
             "face" => Role::Face,
@@ -271,10 +272,11 @@ impl Element {
         };
         let names = SlotNames::of(definition, role);
         for property in &definition.properties {
-            let step = element.step(&property.name, &property.property_type, &names)?;
-            element.steps.push(step);
+            let step = element.step(&property.name, &property.property_type, &names);
+            let number = element.steps.len() + 1;
+            element.steps.push(step.map_err(|message| (number, message))?);
         }
-        element.expect_complete()?;
+        element.expect_complete().map_err(|message| (0, message))?;
         Ok(element)
     }
 
@@ -483,14 +485,16 @@ fn line_range(bytes: &[u8], wanted: usize) -> Range<usize> {
     start..start
 }
 
-/// The range of the header's `element` line number `wanted`, 0-based.
-fn element_line(bytes: &[u8], wanted: usize) -> Range<usize> {
-    let is_element =
-        |line: &[u8]| line.trim_ascii_start().split(u8::is_ascii_whitespace).next() == Some(b"element");
-    let line = bytes
-        .split(|&byte| byte == b'\n')
-        .enumerate()
-        .filter(|(_, line)| is_element(line))
-        .nth(wanted);
-    line.map_or(0..0, |(i, _)| line_range(bytes, i))
+/// The range of the header's line of an element, from 0, or of its property, from 1; property 0 is the element itself.
+fn header_line(bytes: &[u8], element: usize, property: usize) -> Range<usize> {
+    let (mut elements, mut properties) = (0, 0);
+    let line = bytes.split(|&byte| byte == b'\n').position(|line| {
+        match line.trim_ascii_start().split(u8::is_ascii_whitespace).next() {
+            Some(b"element") => (elements, properties) = (elements + 1, 0),
+            Some(b"property") => properties += 1,
+            _ => return false,
+        }
+        elements == element + 1 && properties == property
+    });
+    line.map_or(0..0, |i| line_range(bytes, i))
 }

@@ -382,11 +382,11 @@ fn headers() {
     );
     assert_eq!(
         broken("float z", "float y"),
-        "3:1: second property `y`, expected one"
+        "6:1: second property `y`, expected one"
     );
     assert_eq!(
         broken("float z", "list int int z"),
-        "3:1: `z` is a list, expected a number"
+        "6:1: `z` is a list, expected a number"
     );
     assert_eq!(
         broken("element face 0", "element vertex 0"),
@@ -394,7 +394,7 @@ fn headers() {
     );
     assert_eq!(
         broken("list uchar int", "int"),
-        "7:1: `vertex_indices` is a number, expected a list"
+        "8:1: `vertex_indices` is a number, expected a list"
     );
     assert_eq!(
         broken(

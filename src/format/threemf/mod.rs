@@ -63,7 +63,7 @@ fn start_part(package: &mut Package<'_>) -> Result<String, LoadError> {
         }
     }
     package.find_ending(".model").ok_or_else(|| {
-        let message = "the ZIP archive has no 3D model, expected a 3MF mesh";
+        let message = "this is a ZIP archive, not a 3MF mesh; unpack it first";
         LoadError::whole_file(package.path(), message)
     })
 }

@@ -443,7 +443,7 @@ fn broken_archives() {
     );
     assert_eq!(
         read(&archive([("a.txt", &b"text"[..])])),
-        "a.3mf: the ZIP archive has no 3D model, expected a 3MF mesh"
+        "a.3mf: this is a ZIP archive, not a 3MF mesh; unpack it first"
     );
     assert_eq!(
         read(&archive([("_rels/.rels", RELS.as_bytes())])),

@@ -55,7 +55,7 @@ fn what_is_no_ray_hits_no_plane() {
 }
 
 #[test]
-#[should_panic(expected = "the hierarchy of another scene")]
+#[should_panic(expected = "this BVH was built from another scene")]
 fn a_tracer_refuses_a_scene_that_its_hierarchy_is_not_of() {
     let bvh = Bvh::build(&scene());
     let _ = Tracer::new(&bvh).of_scene(&scene());

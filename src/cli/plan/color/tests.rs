@@ -23,6 +23,7 @@ fn maps_have_names_and_colours() {
     assert_eq!(names.len(), ColorMap::ALL.len());
     for map in ColorMap::ALL {
         assert_eq!(ColorMap::named(map.name()), Some(map));
+        assert_eq!(ColorMap::named(&map.name().to_uppercase()), Some(map));
         let colors = map.colors();
         assert!(
             colors

@@ -51,7 +51,7 @@ fn an_error_about_a_camera_or_a_value_names_the_file() {
         words: Some("a.hdr".into()),
         ..default("environment")
     };
-    let options = ["fov", "ortho", "aperture", "focus", "eye", "up"].map(default);
+    let options = ["ortho", "aperture", "focus", "eye", "up"].map(default);
     let defaults = [&options[..], &[camera, sky]].concat();
     let name = |error: CliError| {
         let text = explained(error, &defaults).text().unwrap_or_default();
@@ -60,7 +60,6 @@ fn an_error_about_a_camera_or_a_value_names_the_file() {
     };
     use crate::scene::CameraError as Of;
     for (error, option) in [
-        (Of::FieldOfView(1e3), "fov"),
         (Of::ViewHeight(-1.0), "ortho"),
         (Of::Aperture(-1.0), "aperture"),
         (Of::Focus(0.0), "focus"),
