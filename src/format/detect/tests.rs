@@ -28,6 +28,11 @@ fn every_kind_is_recognised() {
     is(b" \n{\"asset\": {}}", gltf);
     is(b"\xef\xbb\xbf{}", gltf);
     is(b"PK\x03\x04\x14\0", Some(MeshFormat::ThreeMf));
+    is(b"# vtk DataFile Version 4.2\n", Some(MeshFormat::Vtk));
+    is(
+        b"<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\">",
+        Some(MeshFormat::Vtk),
+    );
     is(b"OFF\n1 0 0\n0 0 0\n", Some(MeshFormat::Off));
     is(b"# c\nCOFF 1 0 0\n", Some(MeshFormat::Off));
     is(b"OFFICE\nv 0 0 0\n", obj);

@@ -246,7 +246,7 @@ enum Number {
     Real(f64),
 }
 
-impl<'a> Numbers<'a> {
+impl Numbers<'_> {
     /// Whether they are binary numbers of 32 bits with a fraction.
     pub(super) fn is_single(&self) -> bool {
         matches!(&self.values, Values::Binary { kind: Kind::F32, .. })

@@ -40,13 +40,8 @@ pub(super) enum Types<'a> {
 pub(super) enum Polyhedra<'a> {
     /// For each polyhedron in turn: the number of faces, then the number of points and the points of each.
     Stream(Array<'a>),
-    /// The faces of each cell, by their ends in the list of indices of faces, and the points of each face, by their ends.
-    Indexed {
-        ends: Array<'a>,
-        faces: Array<'a>,
-        face_ends: Array<'a>,
-        points: Array<'a>,
-    },
+    /// Where the faces of each cell end in a list of faces, that list, where the points of each face end, and these points.
+    Indexed(Box<[Array<'a>; 4]>),
 }
 
 /// Reads cells in turn.
@@ -177,46 +172,45 @@ pub(super) fn faces_of(polyhedron: &[u32]) -> impl Iterator<Item = &[u32]> {
 
 /// Reads the faces of polyhedra in turn.
 enum PolyhedronReader<'a> {
-    Stream(Numbers<'a>),
-    Indexed {
-        ends: Numbers<'a>,
-        last_end: u64,
-        faces: Numbers<'a>,
-        /// Where the points of each face begin, and where the last ones end.
-        face_ends: Vec<u32>,
-        points: Vec<u32>,
-        /// How many points of faces may still be read: two bodies share a face, but a hostile file may have more.
-        left: usize,
-    },
+    Stream(Box<Numbers<'a>>),
+    Indexed(Box<Indexed<'a>>),
+}
+
+/// Polyhedra by the indices of their faces.
+struct Indexed<'a> {
+    ends: Numbers<'a>,
+    last_end: u64,
+    faces: Numbers<'a>,
+    /// Where the points of each face begin, and where the last ones end.
+    face_ends: Vec<u32>,
+    points: Vec<u32>,
+    /// How many points of faces may still be read: two bodies share a face, but a hostile file may have more.
+    left: usize,
 }
 
 impl<'a> PolyhedronReader<'a> {
     fn new(polyhedra: &Polyhedra<'a>, cells: usize, file: &File<'a>) -> Result<Self, TextFault> {
         Ok(match polyhedra {
-            Polyhedra::Stream(faces) => Self::Stream(faces.open(0, file)?),
-            Polyhedra::Indexed {
-                ends,
-                faces,
-                face_ends,
-                points,
-            } => {
+            Polyhedra::Stream(faces) => Self::Stream(Box::new(faces.open(0, file)?)),
+            Polyhedra::Indexed(arrays) => {
+                let [ends, faces, face_ends, points] = &**arrays;
                 let points = all(points, &[], file)?;
-                Self::Indexed {
+                Self::Indexed(Box::new(Indexed {
                     ends: ends.open(cells, file)?,
                     last_end: 0,
                     faces: faces.open(0, file)?,
                     face_ends: all(face_ends, &[0], file)?,
                     left: points.len().saturating_mul(MOST_SHARED),
                     points,
-                }
+                }))
             }
         })
     }
 
     /// A cell that is no polyhedron.
     fn pass(&mut self) -> Result<(), TextFault> {
-        if let Self::Indexed { ends, last_end, .. } = self {
-            *last_end = ends.index(1 << 40, "an offset is")?.max(*last_end);
+        if let Self::Indexed(indexed) = self {
+            indexed.last_end = indexed.ends.index(1 << 40, "an offset is")?.max(indexed.last_end);
         }
         Ok(())
     }
@@ -229,6 +223,7 @@ impl<'a> PolyhedronReader<'a> {
             Ok::<(), TextFault>(())
         };
         match self {
+            Self::Indexed(indexed) => indexed.next(most, add),
             Self::Stream(numbers) => {
                 let faces = numbers.index(1 << 32, "the number of faces is")?;
                 add(faces)?;
@@ -239,38 +234,39 @@ impl<'a> PolyhedronReader<'a> {
                         add(numbers.index(most as u64, "vertex")?)?;
                     }
                 }
+                Ok(())
             }
-            Self::Indexed {
-                ends,
-                last_end,
-                faces,
-                face_ends,
-                points,
-                left,
-            } => {
-                let end = ends.index(1 << 32, "an offset is")?;
-                let count = end.saturating_sub(*last_end);
-                *last_end = end;
-                add(count)?;
-                for _ in 0..count {
-                    let face = faces.index(face_ends.len().saturating_sub(1) as u64, "face")? as usize;
-                    let part = face_ends[face] as usize..face_ends[face + 1] as usize;
-                    let Some(part) = points.get(part) else {
-                        return Err(faces.fault(format!("face {face} has no points")));
-                    };
-                    *left = left
-                        .checked_sub(part.len())
-                        .ok_or_else(|| faces.fault(format!("face {face} belongs to too many polyhedra")))?;
-                    add(part.len() as u64)?;
-                    for &point in part {
-                        if point as usize >= most {
-                            let message =
-                                format!("face {face} has the vertex {point}, expected fewer than {most}");
-                            return Err(faces.fault(message));
-                        }
-                        add(point.into())?;
-                    }
+        }
+    }
+}
+
+impl Indexed<'_> {
+    /// Adds the numbers of the next polyhedron.
+    fn next(
+        &mut self,
+        most: usize,
+        mut add: impl FnMut(u64) -> Result<(), TextFault>,
+    ) -> Result<(), TextFault> {
+        let end = self.ends.index(1 << 32, "an offset is")?;
+        let count = end.saturating_sub(self.last_end);
+        self.last_end = end;
+        add(count)?;
+        for _ in 0..count {
+            let known = self.face_ends.len().saturating_sub(1) as u64;
+            let face = self.faces.index(known, "face")? as usize;
+            let part = self.face_ends[face] as usize..self.face_ends[face + 1] as usize;
+            let fault = |message: &str| self.faces.fault(format!("face {face} {message}"));
+            let part = self.points.get(part).ok_or_else(|| fault("has no points"))?;
+            let left = self.left.checked_sub(part.len());
+            self.left = left.ok_or_else(|| fault("belongs to too many polyhedra"))?;
+            add(part.len() as u64)?;
+            for &point in part {
+                if point as usize >= most {
+                    return Err(fault(&format!(
+                        "has the vertex {point}, expected fewer than {most}"
+                    )));
                 }
+                add(point.into())?;
             }
         }
         Ok(())

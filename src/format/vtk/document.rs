@@ -320,12 +320,13 @@ fn read_cells<'a>(arrays: &[Array<'a>], count: usize, piece: &Tag<'_>) -> Result
 fn polyhedra<'a>(arrays: &[Array<'a>]) -> Option<Polyhedra<'a>> {
     let find = |name: &str| arrays.iter().find(|array| array.name == name).cloned();
     if let Some(ends) = find("polyhedron_offsets") {
-        return Some(Polyhedra::Indexed {
+        let arrays = [
             ends,
-            faces: find("polyhedron_to_faces")?,
-            face_ends: find("face_offsets")?,
-            points: find("face_connectivity")?,
-        });
+            find("polyhedron_to_faces")?,
+            find("face_offsets")?,
+            find("face_connectivity")?,
+        ];
+        return Some(Polyhedra::Indexed(Box::new(arrays)));
     }
     find("faces").map(Polyhedra::Stream)
 }

@@ -118,6 +118,7 @@ impl<'a> Data<'a> {
 }
 
 /// Frees decoded bytes.
+#[expect(clippy::ptr_arg, reason = "only owned bytes are counted")]
 fn give_back(bytes: &Cow<'_, [u8]>, file: &File<'_>) {
     if let Cow::Owned(bytes) = bytes {
         file.budget.give_back(bytes.capacity());
