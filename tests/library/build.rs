@@ -120,7 +120,7 @@ fn any_number_of_threads_builds_the_same_tree() {
 #[test]
 fn indexed_leaves_store_shared_vertices_once() {
     for kind in [Kind::Terrain, Kind::Figure, Kind::Blobs] {
-        let scene = scene(kind, 30_000);
+        let scene = scene(kind, 10_000);
         let [whole, indexed] = LAYOUTS.map(|layout| Bvh::build_as(&scene, BuildQuality::Best, layout));
         let (whole, indexed) = (whole.stats().memory_bytes, indexed.stats().memory_bytes);
         assert!(

@@ -41,22 +41,23 @@ fn nodes_of_nothing() {
     let folder = Folder::new();
     folder.write(
         "a.gltf",
-        &gltf(&format!(r#""nodes":[{}{{}}]"#, "{},".repeat(7_000_000))),
+        &gltf(&format!(r#""nodes":[{}{{}}]"#, "{},".repeat(1_200_000))),
     );
-    Call::new(&folder, &["info", "a.gltf"]).refused("loading takes");
+    let info = || Call::new(&folder, &["info", "a.gltf"]);
+    info().within(50).refused("loading takes");
     // As many as fit.
     folder.write(
         "a.gltf",
         &gltf(&format!(r#""nodes":[{}{{}}]"#, "{},".repeat(300_000))),
     );
-    Call::new(&folder, &["info", "a.gltf"]).run();
+    info().run();
     // Numbers of bounds are kept as JSON.
     let bounds = gltf(&format!(
         r#""accessors":[{{"componentType":5126,"count":3,"type":"VEC3","min":[{}0]}}]"#,
-        "0,".repeat(10_000_000)
+        "0,".repeat(4_000_000)
     ));
     folder.write("a.gltf", &bounds);
-    Call::new(&folder, &["info", "a.gltf"]).refused("loading takes");
+    info().within(50).refused("loading takes");
 }
 
 #[test]

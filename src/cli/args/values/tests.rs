@@ -1,5 +1,4 @@
 use super::*;
-use proptest::prelude::*;
 
 #[test]
 fn sizes() {
@@ -158,11 +157,16 @@ fn crops() {
     }
 }
 
-proptest! {
-    #[test]
-    fn any_text_is_taken_or_refused(text in "[0-9+ a-]{0,12}") {
+#[test]
+fn any_text_is_taken_or_refused() {
+    let mut random = fastrand::Rng::new();
+    let characters: Vec<char> = "+ -".chars().chain('0'..='9').chain('a'..='z').collect();
+    for _ in 0..256 {
+        let length = random.usize(..=12);
+        let text: String = (0..length).filter_map(|_| random.choice(&characters)).collect();
+        println!("{text:?}");
         if let Ok(FrameRange { first, last }) = frames(&text) {
-            prop_assert!(0 < first && first <= last);
+            assert!(0 < first && first <= last);
         }
     }
 }

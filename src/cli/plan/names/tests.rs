@@ -1,5 +1,4 @@
 use super::*;
-use proptest::prelude::*;
 
 fn name(pattern: &str, number: Option<u32>) -> String {
     let name = expand(Path::new(pattern), Path::new("herd/cow.scn"), number, None);
@@ -155,17 +154,30 @@ fn other_files_are_named_after_the_picture() {
     );
 }
 
-proptest! {
-    #[test]
-    fn any_pattern_gives_a_name(pattern in "[#/{}a-z\u{e4}.]{0,20}(\\{stem\\})?#{0,9}", number: Option<u32>) {
+#[test]
+fn any_pattern_gives_a_name() {
+    let mut random = fastrand::Rng::new();
+    let characters: Vec<char> = "#/{}.\u{e4}".chars().chain('a'..='z').collect();
+    for _ in 0..256 {
+        let length = random.usize(..=20);
+        let mut pattern: String = (0..length).filter_map(|_| random.choice(&characters)).collect();
+        pattern += random.choice(["", STEM]).unwrap();
+        pattern += &"#".repeat(random.usize(..=9));
+        let number = random.bool().then(|| random.u32(..));
+        println!("{pattern:?}, {number:?}");
         let name = name(&pattern, number);
         if number.is_none() {
-            prop_assert_eq!(name, pattern.replace(STEM, "cow").replace(FOLDER, "herd"));
+            assert_eq!(name, pattern.replace(STEM, "cow").replace(FOLDER, "herd"));
         }
     }
+}
 
-    #[test]
-    fn numbers_sort_as_their_names_do(a in 0u32..10_000, b in 0u32..10_000) {
-        prop_assert_eq!(a.cmp(&b), name("x-####.png", Some(a)).cmp(&name("x-####.png", Some(b))));
+#[test]
+fn numbers_sort_as_their_names_do() {
+    let mut random = fastrand::Rng::new();
+    for _ in 0..256 {
+        let [a, b] = [(); 2].map(|()| random.u32(..10_000));
+        let [name_a, name_b] = [a, b].map(|number| name("x-####.png", Some(number)));
+        assert_eq!(a.cmp(&b), name_a.cmp(&name_b), "{a} and {b}");
     }
 }

@@ -1,7 +1,6 @@
 //! Tests of `place`.
 
 use super::*;
-use proptest::prelude::*;
 
 const PLACE: Place = Place {
     crop: Crop {
@@ -51,13 +50,22 @@ fn places_are_read_as_they_are_written() {
     }
 }
 
-proptest! {
-    #[test]
-    fn any_bytes_are_looked_at(bytes: Vec<u8>, length: u32) {
+#[test]
+fn any_bytes_are_looked_at() {
+    let mut random = fastrand::Rng::new();
+    for _ in 0..256 {
+        let bytes: Vec<u8> = (0..random.usize(..100)).map(|_| random.u8(..)).collect();
+        let length = random.u32(..);
+        println!("{bytes:?}, {length}");
         let png = [&length.to_be_bytes()[..], b"tEXtCrop\0", &bytes].concat();
         let exr = [b"octrayCrop\0string\0", &length.to_le_bytes()[..], &bytes].concat();
-        for (format, bytes) in [(Format::Png, png), (Format::Exr, exr), (Format::Ppm, bytes.clone()), (Format::Qoi, bytes)] {
-            prop_assert_eq!(Place::find(format, &bytes, &bytes), None);
+        for (format, bytes) in [
+            (Format::Png, png),
+            (Format::Exr, exr),
+            (Format::Ppm, bytes.clone()),
+            (Format::Qoi, bytes),
+        ] {
+            assert_eq!(Place::find(format, &bytes, &bytes), None);
         }
     }
 }
