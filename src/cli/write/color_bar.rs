@@ -70,12 +70,17 @@ impl<'a> ColorBar<'a> {
         }
         for (share, label) in &labels {
             let y = top + ((1.0 - share) * f64::from(rows)).round() as u32;
-            write(label.chars(), [text_left, y - LETTER / 2 * scale], scale, put);
+            write(
+                &label.chars().collect::<Vec<_>>(),
+                [text_left, y - LETTER / 2 * scale],
+                scale,
+                put,
+            );
         }
         let most = (right - MARGIN * scale) / (LETTER * scale);
         let name = fitting(self.name, most as usize);
         let left = left.min(right - name.len() as u32 * LETTER * scale);
-        write(name, [left, top - (LETTER * 5 / 2) * scale], scale, put);
+        write(&name, [left, top - (LETTER * 5 / 2) * scale], scale, put);
     }
 
     /// The number at a share of the bar's height: numbers grow upwards, also if the map is reversed.
@@ -112,14 +117,9 @@ fn fill([left, top, right, bottom]: [u32; 4], color: [u8; 3], put: &mut dyn FnMu
 }
 
 /// Writes a line whose pixels are squares of `scale`.
-fn write(
-    line: impl IntoIterator<Item = char> + Clone,
-    [left, top]: [u32; 2],
-    scale: u32,
-    put: &mut dyn FnMut([u32; 2], [u8; 3]),
-) {
+fn write(line: &[char], [left, top]: [u32; 2], scale: u32, put: &mut dyn FnMut([u32; 2], [u8; 3])) {
     for (border, color) in [(scale, PAPER), (0, INK)] {
-        for [x, y] in ink(line.clone()) {
+        for [x, y] in ink(line.iter().copied()) {
             let [x, y] = [left + x * scale, top + y * scale];
             fill(grown([x, y, x + scale, y + scale], border), color, put);
         }

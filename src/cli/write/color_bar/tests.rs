@@ -28,7 +28,7 @@ fn numbers_have_the_digits_of_their_step() {
         assert_eq!(found, expected);
     }
     let one = bar([7.0; 2], SMALLEST).labels();
-    assert_eq!(one, [(0.5, "7.000".to_owned())]);
+    assert_eq!(one, [(0.5, "7.0000".to_owned())]);
 }
 
 #[test]
