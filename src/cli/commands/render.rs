@@ -324,7 +324,7 @@ impl Call<'_> {
         job: &Job,
         ahead: &mut Ahead<'_, '_>,
     ) -> (Result<Input, CliError>, Vec<PathBuf>, Duration) {
-        if let Some((input, files, time)) = ahead.take() {
+        if let Some((input, files, time)) = stages::waiting(&job.input, self.verbose, || ahead.take()) {
             return (Ok(input), files, time);
         }
         let mut files = Vec::new();
@@ -394,15 +394,13 @@ impl Call<'_> {
         let bar = RenderBar::new(self.verbose, interrupt);
         let progress = &|progress| bar.report(progress);
         let mut picture = output.new_picture(options);
-        let rendered = picture.render(renderer, camera, settings, progress);
-        let rendered = rendered.and_then(|stats| {
+        let (stats, aovs) = bar.during(|| {
+            let stats = picture.render(renderer, camera, settings, progress)?;
             let aovs = frame
                 .aovs
                 .render(renderer, loaded.scene, camera, settings, progress)?;
-            Ok((stats, aovs))
-        });
-        bar.clear();
-        let (stats, aovs) = rendered?;
+            Ok::<_, CliError>((stats, aovs))
+        })?;
         interrupt.check()?;
 
         let (written, write_time) = timed(|| {

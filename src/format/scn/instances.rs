@@ -80,7 +80,7 @@ impl Reader<'_> {
             .mesh(path, budget)
             .and_then(|opened| opened.into_bytes(budget));
         let bytes = opened.map_err(|error| load_error(path, &error))?;
-        let read = placements::read(&bytes, path, |rows| {
+        let read = placements::read(&bytes, path, budget, |rows| {
             let transform = before
                 .then_transform(&Transform::from_rows(rows))
                 .then_transform(after);
