@@ -8,6 +8,7 @@
 
 mod engines;
 
+use super::render::save_poses;
 use crate::{
     cli::{
         CliError, load,
@@ -73,7 +74,7 @@ fn write_job(plan: &JobPlan) -> Result<(), CliError> {
     let files = engines::files(&work, plan.engine)?;
     let start = engines::start(&work, plan.engine)?;
     let mut made = Made::default();
-    let written = made.write(&work, &files);
+    let written = made.write(&work, &files).and_then(|()| save_poses(&plan.render));
     if written.is_err() {
         made.remove();
     }

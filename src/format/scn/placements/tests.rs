@@ -105,7 +105,9 @@ fn other_files_are_named() {
         assert!(error.starts_with(expected), "{error}");
     }
     // An aborted numpy.save.
-    let empty = |name: &str| read(b"", Path::new(name), &Budget::unlimited(), |_| Ok(())).map_err(|error| error.to_string());
+    let empty = |name: &str| {
+        read(b"", Path::new(name), &Budget::unlimited(), |_| Ok(())).map_err(|error| error.to_string())
+    };
     let expected = "p.npy: the file is empty, expected a numpy array".to_owned();
     assert_eq!([empty("p.npy"), empty("p.txt")], [Err(expected), Ok(0)]);
 }
