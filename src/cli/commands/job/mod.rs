@@ -13,8 +13,8 @@ use crate::{
     cli::{
         CliError, load,
         plan::{
-            FOCUS, Frame, InputKind, InputPlan, Job, JobPlan, StartView, aov_path, explained, has_number,
-            is_for_meshes, of_frame, stem,
+            Engine, FOCUS, Frame, InputKind, InputPlan, Job, JobPlan, StartView, aov_path, explained,
+            has_number, is_for_meshes, of_frame, stem,
         },
         report,
         write::AovKind,
@@ -274,7 +274,13 @@ fn frame_commands(plan: &JobPlan, job: &Job) -> Result<Vec<String>, CliError> {
             [first, .., last] => format!("--frames={first}-{last}"),
             _ => format!("--frames={}", chunk[0]),
         };
-        render(&[&words[..], &[range]].concat(), job)
+        let mut words = [&words[..], &[range]].concat();
+        // The others have their scripts print the progress.
+        if chunk.len() == 1 || plan.engine == Engine::Parallel {
+            return render(&words, job);
+        }
+        words.push("--json=-".to_owned());
+        Ok(format!("{} # {}", render(&words, job)?, chunk.len()))
     });
     commands.collect()
 }
