@@ -21,6 +21,9 @@ use std::{
 /// Receives the number of bytes of a large file read since the last call, from the threads that read it.
 pub(crate) type OnRead = Arc<dyn Fn(usize) + Send + Sync>;
 
+/// Receives how much of a large file is parsed, and its size, both in bytes; twice 0 when that is done.
+pub(crate) type OnParsed = Arc<dyn Fn(usize, usize) + Send + Sync>;
+
 /// Receives the path of each file before it is opened.
 pub(crate) type OnOpen = Arc<dyn Fn(&Path) + Send + Sync>;
 
@@ -30,6 +33,7 @@ pub(crate) struct Limits {
     /// Bytes.
     pub memory: u64,
     pub on_read: Option<OnRead>,
+    pub on_parsed: Option<OnParsed>,
     pub on_open: Option<OnOpen>,
 }
 
@@ -38,6 +42,7 @@ impl From<u64> for Limits {
         Self {
             memory,
             on_read: None,
+            on_parsed: None,
             on_open: None,
         }
     }
@@ -46,10 +51,43 @@ impl From<u64> for Limits {
 /// How many folders are searched for names like those of missing files.
 const MAX_SUGGESTIONS: u64 = 4;
 
+/// After how many bytes progress is reported. Smaller files are parsed at once.
+const PARSED: usize = 1 << 20;
+
+/// The progress of a file that is parsed in order.
+pub(super) struct Parsing<'b> {
+    on_parsed: Option<&'b (dyn Fn(usize, usize) + Send + Sync)>,
+    total: usize,
+    /// From which byte on there is something to report.
+    next: usize,
+}
+
+impl Parsing<'_> {
+    /// Notes the byte that is parsed next.
+    #[inline]
+    pub(super) fn at(&mut self, byte: usize) {
+        if byte >= self.next {
+            self.next = byte.saturating_add(PARSED);
+            if let Some(on_parsed) = self.on_parsed {
+                on_parsed(byte, self.total);
+            }
+        }
+    }
+}
+
+impl Drop for Parsing<'_> {
+    fn drop(&mut self) {
+        if let Some(on_parsed) = self.on_parsed {
+            on_parsed(0, 0);
+        }
+    }
+}
+
 /// The memory that one load may take; shared by all files that it reads.
 pub(super) struct Budget {
     limit: u64,
     on_read: Option<OnRead>,
+    on_parsed: Option<OnParsed>,
     on_open: Option<OnOpen>,
     taken: AtomicU64,
     /// How many missing files suggestions were asked for.
@@ -88,11 +126,13 @@ impl Budget {
         let Limits {
             memory,
             on_read,
+            on_parsed,
             on_open,
         } = limits.into();
         Self {
             limit: memory,
             on_read,
+            on_parsed,
             on_open,
             taken: AtomicU64::new(0),
             missing: AtomicU64::new(0),
@@ -148,6 +188,19 @@ impl Budget {
     /// The progress callback.
     pub(super) fn on_read(&self) -> Option<OnRead> {
         self.on_read.clone()
+    }
+
+    /// Reports how much of a file of `total` bytes is parsed.
+    pub(super) fn parsing(&self, total: usize) -> Parsing<'_> {
+        let on_parsed = self.on_parsed.as_deref().filter(|_| total >= PARSED);
+        if let Some(on_parsed) = on_parsed {
+            on_parsed(0, total);
+        }
+        Parsing {
+            on_parsed,
+            total,
+            next: PARSED,
+        }
     }
 
     /// Tells that a file is about to be opened.

@@ -2,7 +2,7 @@
 
 use super::{
     OpenMesh, alike,
-    budget::Budget,
+    budget::{Budget, OnRead},
     source::{OpenFile, Opened, open_file, read_on},
 };
 use crate::error::{LoadError, clip_path, in_bytes, io_reason};
@@ -86,11 +86,31 @@ pub(super) fn read_text(path: &Path, budget: &Budget) -> io::Result<Vec<u8>> {
 pub(super) fn read_all(reader: impl Read, limit: u64, budget: &Budget) -> io::Result<Vec<u8>> {
     let limit = limit.min(budget.left());
     let mut bytes = Vec::new();
+    let reader = Counted {
+        reader,
+        on_read: budget.on_read(),
+    };
     if read_on(reader, &mut bytes, limit, budget)? {
         return Ok(bytes);
     }
     let message = format!("the input is larger than {}", in_bytes(limit));
     Err(io::Error::new(io::ErrorKind::FileTooLarge, message))
+}
+
+/// A reader that reports how many bytes it gives.
+struct Counted<R> {
+    reader: R,
+    on_read: Option<OnRead>,
+}
+
+impl<R: Read> Read for Counted<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.reader.read(buffer)?;
+        if let Some(on_read) = &self.on_read {
+            on_read(count);
+        }
+        Ok(count)
+    }
 }
 
 /// Opens a mesh, as [`OpenFile::open`] does.

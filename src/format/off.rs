@@ -87,12 +87,15 @@ fn read(text: &[u8], path: &Path, budget: &Budget) -> Read {
     let header = Header::read(&mut lines)?;
     refuse_binary(text, "the text of an OFF mesh")?;
     let mut off = Off::new(budget, header);
+    let mut progress = budget.parsing(text.len());
     for _ in 0..header.vertices {
         let line = lines.expect("vertex", header.vertices)?;
+        progress.at(lines.at);
         off.vertex(line)?;
     }
     for _ in 0..header.faces {
         let line = lines.expect("face", header.faces)?;
+        progress.at(lines.at);
         off.face(line)?;
     }
     let unusable = std::mem::take(&mut off.unusable);

@@ -270,8 +270,10 @@ impl Reader<'_> {
         self.last_statement = "";
         let mut rest = text;
         let includes = self.includes.places();
+        let mut progress = self.budget.parsing(text.len());
         for (i, bytes) in text.split(|&byte| byte == b'\n').enumerate() {
             let number = u32::try_from(i + 1).unwrap_or(u32::MAX);
+            progress.at(text.len() - rest.len());
             rest = rest.get(bytes.len() + 1..).unwrap_or_default();
             self.line(&Line {
                 file: &file,

@@ -320,7 +320,9 @@ fn text<'a>(bytes: &'a [u8], budget: &Budget) -> Result<(TriangleMesh, Reader<'a
     let mut mesh = TriangleMesh::default();
     let mut fans = Fans::default();
     let mut within = false;
+    let mut progress = budget.parsing(bytes.len());
     while let Some((word, place)) = reader.words.next() {
+        progress.at(place.start);
         let is = |keyword: &str| word.eq_ignore_ascii_case(keyword.as_bytes());
         if !within && is("solid") {
             reader.skip_line();

@@ -79,7 +79,7 @@ impl Stage {
     /// Shows `done` of `total` steps.
     pub fn show(&self, done: u64, total: u64) {
         let (now, unit) = measure(done, total);
-        if self.told.fetch_max(now, Ordering::Relaxed) < now {
+        if self.told.swap(now, Ordering::Relaxed) != now {
             let left = time_left(self.start.elapsed(), done, total).unwrap_or_default();
             let text = format!("{}  {now} {unit}{left}", self.what);
             // Fails once the window is closed.

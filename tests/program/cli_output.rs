@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use crate::{
-    program::{Folder, Run, send_signal},
+    program::{Folder, PROGRAM, Run, on_a_terminal, send_signal},
     signals,
 };
 use std::{
@@ -301,4 +301,20 @@ fn a_signal_ends_a_program_that_waits_for_a_reader() {
         let run = Run::new(child.wait_with_output().unwrap());
         run.died_of(signal);
     }
+}
+
+/// A terminal shows that octray waits for a pipe, also before the pipe gives anything.
+#[test]
+fn a_terminal_shows_that_a_pipe_is_read() {
+    let folder = Folder::new();
+    folder.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let call = format!("--version > /dev/null; (sleep 0.7; cat m.obj) | {PROGRAM} - -s 8 -o m.png");
+    let Some(run) = on_a_terminal(&folder, &call) else {
+        return;
+    };
+    let text = run.succeeded().text();
+    assert!(text.contains("loading standard input  0 s"), "{text:?}");
+    assert!(text.contains("wrote m.png"), "{text:?}");
+    let run = on_a_terminal(&folder, &format!("{call} --quiet")).expect("script is installed");
+    assert_eq!(run.succeeded().text(), "");
 }

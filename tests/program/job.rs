@@ -194,16 +194,20 @@ fn frames_of_a_turntable() {
         "octray render --no-config --quiet --skip-existing --size=16x12 --turntable=7 --output='t-#.png'";
     assert_eq!(
         read(&folder, "farm/commands.txt"),
-        format!("{call} --frames=2-5 -- a.scn\n{call} --frames=6-7 -- a.scn\n")
+        format!("{call} --frames=2-5 --json=- -- a.scn # 4\n{call} --frames=6-7 --json=- -- a.scn # 2\n")
     );
     let sbatch = read(&folder, "farm/tasks.sbatch");
     assert!(sbatch.contains("#SBATCH --array=1-2\n"), "{sbatch}");
-    for task in 1..=2 {
+    for (task, shares) in [(1, &[25, 50, 75, 100][..]), (2, &[50, 100]), (2, &[100])] {
         let run = shell(
             &folder,
             &format!("SLURM_ARRAY_TASK_ID={task} sh farm/tasks.sbatch"),
         );
-        assert_eq!(run.succeeded().text(), "progress: 100\n");
+        let shares: String = shares
+            .iter()
+            .map(|share| format!("progress: {share}\n"))
+            .collect();
+        assert_eq!(run.succeeded().text(), shares);
     }
     for frame in 2..=7 {
         assert_same(&folder, &format!("t-{frame}.png"), &format!("whole-{frame}.png"));
@@ -278,8 +282,9 @@ fn a_template_for_openjd() {
     }
     run_lines(&folder, "farm/merge.txt");
     assert_same(&folder, "a.png", "whole.png");
-    let broken = "sed -i s/octray/false/ farm/commands.txt; sh farm/task.sh 1";
-    assert_eq!(shell(&folder, broken).code, Some(1));
+    let broken = "sed -i 's/octray/echo hello; exit 7;/' farm/commands.txt; sh farm/task.sh 1";
+    let run = shell(&folder, broken);
+    assert_eq!((run.code, run.text()), (Some(7), "hello\n"));
 }
 
 /// The pictures that a job leaves as they are.
@@ -346,10 +351,10 @@ fn folders_of_jobs() {
             format!("\"$0\" job {job} --for slurm --into 'new\\farm'"),
             "--into new\\farm/: Slurm takes no \\ in the names of its logs",
         ),
-        // The template does not fit, whatever the shell counts in.
+        // The script or the template does not fit, by what the shell counts in.
         (
             format!("trap '' XFSZ; ulimit -f 1; exec \"$0\" job {job} --for openjd --into new/farm"),
-            "cannot write new/farm/template.yaml",
+            "cannot write new/farm/t",
         ),
     ] {
         folder

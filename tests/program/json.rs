@@ -157,3 +157,54 @@ fn info_says_opacities_and_lenses() {
         "{camera}"
     );
 }
+
+/// The BVH of a scene of instances: what is outside, the level over the instances, the meshes.
+#[test]
+fn info_describes_all_levels() {
+    let folder = Folder::new();
+    folder.write("m.obj", "v 2 -1 -1\nv 2 1 -1\nv 2 0 1\nf 1 2 3\n");
+    let places: String = (0..100).map(|i| format!("{i} {} 0\n", i % 7)).collect();
+    folder.write("places.txt", &places);
+    folder.write(
+        "b.scn",
+        "light 0 0 90 1\ninstance m.obj placements places.txt\nmaterial 1\ninstance m.obj\n",
+    );
+    let run = folder.run_line("info b.scn --json -");
+    let info: serde_json::Value = serde_json::from_str(run.succeeded().text()).expect("JSON");
+    let bvh = &info["bvh"];
+    let numbers = |value: &serde_json::Value| -> Vec<u64> {
+        let numbers = value.as_array().expect("an array").iter();
+        numbers.map(|number| number.as_u64().expect("a number")).collect()
+    };
+    assert_eq!(numbers(&bvh["leaf_sizes"]), [0; 8]);
+    let (upper, lower) = (&bvh["instances"], &bvh["prototypes"]);
+    // Each node but the root, and each instance, is a child of a node.
+    let children: u64 = numbers(&upper["child_counts"])
+        .iter()
+        .zip(1..)
+        .map(|(n, of)| n * of)
+        .sum();
+    assert_eq!(children, upper["nodes"].as_u64().expect("a number") - 1 + 101);
+    assert!(upper["depth"].as_u64() >= Some(3), "{upper}");
+    // Two meshes, one for each material.
+    assert_eq!(
+        (&lower["nodes"], &lower["triangle_blocks"], &lower["depth"]),
+        (&2.into(), &2.into(), &1.into())
+    );
+    assert_eq!(numbers(&lower["leaf_sizes"])[0], 2);
+    let bytes = |value: &serde_json::Value| value["bytes"].as_u64().expect("a number");
+    assert!(bytes(bvh) >= bytes(upper) + bytes(lower) && bytes(upper) > 0);
+    let run = folder.run_line("info b.scn");
+    let text = run.succeeded().text();
+    assert!(
+        text.contains("BVH of instances") && text.contains("BVHs of meshes"),
+        "{text}"
+    );
+    assert!(!text.contains("triangle blocks    0"), "{text}");
+    let run = folder.run_line("info a.scn --json -");
+    assert!(
+        run.succeeded()
+            .text()
+            .contains("\"instances\":null,\"prototypes\":null")
+    );
+}

@@ -44,6 +44,7 @@ mod picture_files;
 mod playback;
 mod points;
 mod poses;
+mod poses_in_parts;
 mod sheets;
 mod signals;
 #[cfg(target_os = "linux")]

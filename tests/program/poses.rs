@@ -481,7 +481,6 @@ fn broken_poses_are_refused() {
     for (options, code, words) in [
         ("--crop=0,0,3,3 -o b.png", 2, "--crop"),
         ("--sheet=2 --turntable=2", 2, "--sheet"),
-        ("--skip-existing -o b.png", 2, "--skip-existing"),
         ("--turntable=2 -o b.gif", 2, each),
         ("-o -", 2, each),
         ("--json=./t.json -o b.png", 2, "both the poses and the JSON"),

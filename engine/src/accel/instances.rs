@@ -2,7 +2,7 @@
 //! Interactive Ray Tracing of Dynamic Scenes*, 2003).
 
 use super::{
-    BuildQuality, Bvh, Child, Layout, Node8,
+    BuildQuality, Bvh, BvhStats, Child, Layout, Node8,
     boxes::Box8,
     plan::{WIDTH, widen},
     progress::Steps,
@@ -64,6 +64,39 @@ impl Instanced {
     /// The deepest hierarchy of a prototype.
     pub fn deepest(&self) -> Option<&Bvh> {
         self.prototypes.iter().max_by_key(|bvh| bvh.stats().depth)
+    }
+
+    /// Statistics of the upper hierarchy, and the sums of those of all prototypes with the largest depth.
+    pub fn stats(&self) -> (BvhStats, BvhStats) {
+        let mut upper = BvhStats {
+            nodes: self.nodes.len(),
+            memory_bytes: size_of_val(&self.nodes[..]),
+            ..BvhStats::default()
+        };
+        // Parents are first.
+        let mut depths = vec![1; self.nodes.len()];
+        for (i, node) in self.nodes.iter().enumerate() {
+            upper.depth = upper.depth.max(depths[i]);
+            upper.child_counts[node.count.max(1) as usize - 1] += 1;
+            for child in &node.child[..node.count as usize] {
+                if child.is_inner() {
+                    depths[child.index()] = depths[i] + 1;
+                }
+            }
+        }
+        let mut below = BvhStats::default();
+        for stats in self.prototypes.iter().map(Bvh::stats) {
+            below.nodes += stats.nodes;
+            below.triangle_blocks += stats.triangle_blocks;
+            below.sphere_blocks += stats.sphere_blocks;
+            below.depth = below.depth.max(stats.depth);
+            below.memory_bytes += stats.memory_bytes;
+            for i in 0..WIDTH {
+                below.leaf_sizes[i] += stats.leaf_sizes[i];
+                below.child_counts[i] += stats.child_counts[i];
+            }
+        }
+        (upper, below)
     }
 
     /// Bytes of all nodes and blocks.

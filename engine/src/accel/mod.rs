@@ -270,6 +270,14 @@ impl Bvh {
         &self.stats
     }
 
+    /// Returns statistics of the hierarchy over instances, and the sums of those of their prototypes with the largest depth;
+    /// `None` without instances. Quality, layout and time are those of [`Self::stats`].
+    #[doc(hidden)]
+    #[must_use]
+    pub fn instanced_stats(&self) -> Option<(BvhStats, BvhStats)> {
+        self.instanced().map(Instanced::stats)
+    }
+
     /// Returns the inner nodes, indexed by [`Child::index`].
     #[inline(always)]
     #[must_use]

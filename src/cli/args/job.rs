@@ -9,11 +9,12 @@ use clap::{ArgAction, ArgMatches, Args, parser::ValueSource};
 use std::path::{Path, PathBuf};
 
 /// Options of `octray render` that tasks have of their own, or do not need.
-const LEFT_OUT: [&str; 9] = [
+const LEFT_OUT: [&str; 10] = [
     "output",
     "frames",
     "fps",
     "skip_existing",
+    "save_poses",
     "quiet",
     "config",
     "no_config",
@@ -22,10 +23,9 @@ const LEFT_OUT: [&str; 9] = [
 ];
 
 /// Options of `octray render` that a job refuses, and those that need them: a default for calls is not meant for jobs.
-pub(super) const IGNORED_DEFAULTS: [&str; 9] = [
+pub(super) const IGNORED_DEFAULTS: [&str; 8] = [
     "crop",
     "sheet",
-    "save_poses",
     "compare",
     "tolerance",
     "allow_pixels",
@@ -90,7 +90,6 @@ impl JobArgs {
         let refused = [
             ("--crop", render.picture.crop.is_some()),
             ("--sheet", render.series.sheet.is_some()),
-            ("--save-poses", render.series.save_poses.is_some()),
             ("--compare", render.comparison.compare.is_some()),
             ("--stats", render.stats),
             ("--json", render.json.is_some()),

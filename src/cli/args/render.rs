@@ -13,11 +13,11 @@ use crate::{
     cli::{
         CliError, load,
         plan::{
-            ANIMATION, CameraOptions, ConfigDefault, FIT, FOCUS, FOR_MESHES, Job, JsonTarget, Look, Looks,
-            MeshOptions, PictureOptions, Pictures, Planned, Playing, PoseFile, RenderPlan, StartView,
-            check_inputs, check_pattern, explained, has_number, is_standard_stream,
+            ANIMATION, CameraOptions, ConfigDefault, FIT, FOCUS, FOR_MESHES, Job, JsonTarget, ListedPicture,
+            Look, Looks, MeshOptions, PictureOptions, Pictures, Planned, Playing, PoseFile, RenderPlan,
+            StartView, check_inputs, check_pattern, explained, has_number, is_standard_stream, name,
         },
-        write::{AovKind, Output, SMALLEST_WITH_BAR, is_foreign},
+        write::{AovKind, Output, SMALLEST_WITH_BAR, is_animation, is_foreign},
     },
     error::clip_path,
     render::Settings,
@@ -209,18 +209,17 @@ impl RenderArgs {
         let Some(path) = &self.series.save_poses else {
             return Ok(None);
         };
+        let listed = || jobs.iter().flat_map(|job| &job.listed);
         let why = if self.scenes.len() > 1 {
             "--save-poses needs one scene".to_owned()
         } else if is_standard_stream(path) {
             "--save-poses needs a file".to_owned()
-        } else if let Some(output) = jobs
-            .iter()
-            .flat_map(Job::outputs)
-            .find(|output| output.is_animation() || output.place() == Path::new("-"))
+        } else if let Some(picture) =
+            listed().find(|picture| is_animation(&picture.path) || is_standard_stream(&picture.path))
         {
             format!(
                 "--save-poses needs a file for each picture: write to files such as a-##.png instead of {}",
-                output.name()
+                clip_path(name(&picture.path))
             )
         } else if let Some(JsonTarget::File(json)) = json
             && follow_links(json).ok() == follow_links(path).ok()
@@ -231,17 +230,21 @@ impl RenderArgs {
             )
         } else {
             let target = JsonTarget::new(path)?;
-            match jobs
+            let place = follow_links(path).ok();
+            let is_picture = jobs
                 .iter()
                 .flat_map(Job::outputs)
-                .find(|output| target.is_file_of(output))
-            {
-                Some(output) => format!(
-                    "both a picture and the poses would be written to {}",
-                    output.name()
-                ),
-                None => return Ok(Some(path.clone())),
+                .any(|output| target.is_file_of(output))
+                || listed()
+                    .flat_map(ListedPicture::files)
+                    .any(|file| place.is_some() && follow_links(file).ok() == place);
+            if !is_picture {
+                return Ok(Some(path.clone()));
             }
+            format!(
+                "both a picture and the poses would be written to {}",
+                clip_path(path)
+            )
         };
         Err(CliError::Usage(why))
     }
@@ -309,6 +312,7 @@ impl RenderArgs {
             keyframes,
             poses: poses.as_ref(),
             skip_existing: self.series.skip_existing,
+            saves_poses: self.series.save_poses.is_some(),
             sheet: self.series.sheet,
             keep_going: self.series.keep_going,
             force: self.force,

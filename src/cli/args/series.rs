@@ -50,8 +50,9 @@ pub struct SeriesArgs {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["turntable", "sphere"], conflicts_with_all = camera::OPTIONS)]
     pub poses: Option<PathBuf>,
 
-    /// Write the cameras of all pictures as a NeRF transforms.json
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["crop", "sheet", "skip_existing"])]
+    /// Write the cameras of all pictures as a NeRF transforms.json, also of those that --frames or --skip-existing leaves out:
+    /// calls for parts of a series write the same file
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["crop", "sheet"])]
     pub save_poses: Option<PathBuf>,
 
     /// Render only frames A to B of the turntable, the poses, an animated scene or a glTF animation, so that several machines

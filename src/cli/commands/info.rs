@@ -32,7 +32,7 @@ pub fn run(plan: &InfoPlan) -> Result<(), CliError> {
     memory::check_build(&scene, BuildQuality::Best)?;
     let bvh = Bvh::build(&scene);
     let name = plan.path.to_string_lossy().into_owned();
-    let info = Info::new(name, &scene, faults, bvh.stats(), load_time);
+    let info = Info::new(name, &scene, faults, &bvh, load_time);
     let info = info.with_animations(animations).with_scalars(scalars);
     match &plan.json {
         Some(target) => write_json(target, &json_line(&info)),

@@ -32,6 +32,7 @@ use crate::{
 use ahead::Ahead;
 use labels::Labels;
 use moving::{SceneAtTime, check_cameras};
+pub use poses::save as save_poses;
 use rays::expected_rays;
 use std::{
     path::{Path, PathBuf},
@@ -179,7 +180,9 @@ impl Call<'_> {
                 report::note(&self.written.line(size));
             }
         }
-        self.write_poses()?;
+        if let Some(saved) = &self.saved_poses {
+            self.plan.write_poses(saved, &self.inputs)?;
+        }
         self.verdicts.finish()?;
         report::end(self.skipped)
     }
@@ -245,10 +248,14 @@ impl Call<'_> {
         self.check_inputs(left)?;
         self.check_frames(job, &scene, is_mesh)?;
         check_cameras(job, &scene)?;
+        self.saved_poses = self.plan.poses_of(job, &scene, &camera)?;
         let faults = faults::of(&scene);
         // The triangles of tubes are not the user's, and the first pose may be flat.
         let warned = Some(&faults).filter(|_| !is_cloud && !is_played);
         self.warn(job.input.name(), &scene, warned, notes);
+        if job.frames.is_empty() {
+            return Ok(());
+        }
         let quality = self.plan.build.quality(
             expected_rays((&scene, &camera), look, job),
             scene.primitive_count(),
@@ -289,7 +296,7 @@ impl Call<'_> {
         for frames in job.frames.chunks(at_time.frames_together(job.frames.len())) {
             if let [frame] = frames {
                 spent.build += at_time.move_to(frame.turn, job)?;
-                let view = self.camera_of(frame.turn, &at_time.camera)?.view();
+                let view = self.plan.camera_of(frame.turn, &at_time.camera)?.view();
                 at_time.light(&view)?;
             }
             let loaded = Loaded {
@@ -302,7 +309,7 @@ impl Call<'_> {
             };
             let mut renderer = Renderer::new(&at_time.scene, &at_time.bvh);
             for frame in frames {
-                let camera = self.camera_of(frame.turn, &at_time.camera)?;
+                let camera = self.plan.camera_of(frame.turn, &at_time.camera)?;
                 self.render_frame(
                     &loaded,
                     (&mut renderer, &camera),
@@ -324,7 +331,7 @@ impl Call<'_> {
         job: &Job,
         ahead: &mut Ahead<'_, '_>,
     ) -> (Result<Input, CliError>, Vec<PathBuf>, Duration) {
-        if let Some((input, files, time)) = ahead.take() {
+        if let Some((input, files, time)) = stages::waiting(&job.input, self.verbose, || ahead.take()) {
             return (Ok(input), files, time);
         }
         let mut files = Vec::new();
@@ -390,19 +397,16 @@ impl Call<'_> {
             picture: options,
         } = loaded.look;
         let output = &frame.output;
-        self.prepare_poses(camera, loaded.look)?;
         let bar = RenderBar::new(self.verbose, interrupt);
         let progress = &|progress| bar.report(progress);
         let mut picture = output.new_picture(options);
-        let rendered = picture.render(renderer, camera, settings, progress);
-        let rendered = rendered.and_then(|stats| {
+        let (stats, aovs) = bar.during(|| {
+            let stats = picture.render(renderer, camera, settings, progress)?;
             let aovs = frame
                 .aovs
                 .render(renderer, loaded.scene, camera, settings, progress)?;
-            Ok((stats, aovs))
-        });
-        bar.clear();
-        let (stats, aovs) = rendered?;
+            Ok::<_, CliError>((stats, aovs))
+        })?;
         interrupt.check()?;
         let legend = loaded.legend.filter(|_| options.has_color_bar);
         if let Some(bar) = legend.and_then(|legend| ColorBar::new(legend, [settings.width, settings.height]))
@@ -445,7 +449,6 @@ impl Call<'_> {
             )
         })?;
         self.written.add(written_name(output), times.total);
-        self.save_pose(frame, camera);
         if let Some(comparison) = &frame.comparison {
             let verdict = comparison.run(&picture, output, options.byte_transfer)?;
             self.verdicts.add(verdict, plan.quiet);

@@ -25,15 +25,21 @@ pub fn load(
     visible: bool,
 ) -> Result<Input, CliError> {
     let bar = Arc::new(StageBar::new(visible, reading(plan), bytes_of(plan)));
-    let read = Arc::clone(&bar);
+    let [read, parsed] = [&bar, &bar].map(Arc::clone);
     let limits = Limits {
         memory,
         on_read: Some(Arc::new(move |bytes| read.add(bytes as u64))),
+        on_parsed: Some(Arc::new(move |done, total| {
+            parsed.show(done as u64, total as u64);
+        })),
         on_open: None,
     };
-    let input = load::load_and_list(plan, limits, files);
-    bar.clear();
-    input
+    bar.during(|| load::load_and_list(plan, limits, files))
+}
+
+/// Shows that a scene is loaded, if `visible`, while this waits for it.
+pub fn waiting<T>(plan: &InputPlan, visible: bool, wait: impl FnOnce() -> T) -> T {
+    StageBar::new(visible, reading(plan), 0).during(wait)
 }
 
 /// The text of the progress bar while this is loaded.
@@ -52,9 +58,9 @@ pub fn bytes_of(plan: &InputPlan) -> u64 {
 /// [`Bvh::build_with`] with a progress bar, if `visible`.
 pub fn build(scene: &Scene, quality: BuildQuality, visible: bool) -> Bvh {
     let bar = StageBar::new(visible, "building", 0);
-    let bvh = Bvh::build_watched(scene, quality, &|progress| {
-        bar.show(progress.done, progress.total);
-    });
-    bar.clear();
-    bvh
+    bar.during(|| {
+        Bvh::build_watched(scene, quality, &|progress| {
+            bar.show(progress.done, progress.total);
+        })
+    })
 }

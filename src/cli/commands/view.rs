@@ -89,12 +89,19 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
 
 /// Loads within `memory` bytes, reports its progress, and lists the files.
 fn load_and_list(input: &InputPlan, memory: u64, loading: &Loading) -> (Result<Input, CliError>, Sources) {
-    let stage = loading.stage(stages::reading(input), stages::bytes_of(input));
+    let stage = Arc::new(loading.stage(stages::reading(input), stages::bytes_of(input)));
+    let parsed = Arc::clone(&stage);
     let (mut files, states) = (Vec::new(), States::default());
     let noted = states.clone();
     let limits = Limits {
         memory,
         on_read: Some(Arc::new(move |bytes| stage.add(bytes as u64))),
+        on_parsed: Some(Arc::new(move |done, total| {
+            // Afterwards the window keeps the last share.
+            if total > 0 {
+                parsed.show(done as u64, total as u64);
+            }
+        })),
         on_open: Some(Arc::new(move |path| noted.note(path))),
     };
     if let Some((path, _)) = &input.mesh.environment {

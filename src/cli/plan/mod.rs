@@ -8,6 +8,7 @@ mod defaults;
 mod input;
 mod job;
 mod keyframes;
+mod listed;
 mod look;
 mod misplaced;
 mod names;
@@ -29,6 +30,7 @@ pub use job::{Engine, JobPlan};
 #[cfg(feature = "viewer")]
 pub use keyframes::playback_of;
 pub use keyframes::{Keyframes, NOT_PLAYED_FROM_STANDARD_INPUT, Playback, Playing, keyframes};
+pub use listed::ListedPicture;
 pub use look::{Backdrop, Look, Looks, PictureOptions};
 pub use names::{Origin, PicturePath, aov as aov_path, check_pattern, expand, has_number, of_frame, stem};
 pub use poses::{PoseFile, PoseFiles, Poses, SavedPoses};

@@ -1,8 +1,8 @@
 //! What `octray render` does: for each scene one picture, or a series of frames.
 
 use super::{
-    Build, CameraOptions, ConfigDefault, InputPlan, JsonTarget, Keyframes, Look, Looks, MeshOptions, Orbit,
-    Poses, Turn, Turntable, misplaced,
+    Build, CameraOptions, ConfigDefault, InputPlan, JsonTarget, Keyframes, ListedPicture, Look, Looks,
+    MeshOptions, Orbit, Poses, Turn, Turntable, misplaced,
     names::{self, Origin, PicturePath},
     places::Places,
 };
@@ -59,7 +59,10 @@ pub struct RenderPlan {
 #[derive(Debug)]
 pub struct Job {
     pub input: InputPlan,
+    /// Those to render. None if all pictures exist and only their cameras are wanted.
     pub frames: Vec<Frame>,
+    /// The pictures of the file of poses; none without one.
+    pub listed: Vec<ListedPicture>,
     /// Number of frames of the whole series; `frames` may be a part of it. 1 for a single picture.
     pub whole: u32,
     /// Memory that the scene may take beside a picture, bytes.
@@ -155,6 +158,8 @@ pub struct Pictures<'a> {
     pub keyframes: Vec<Keyframes>,
     pub poses: Option<&'a Poses>,
     pub skip_existing: bool,
+    /// Whether a file lists the cameras of all pictures.
+    pub saves_poses: bool,
     /// Columns of a sheet for all pictures.
     pub sheet: Option<u32>,
     pub keep_going: bool,
@@ -189,7 +194,7 @@ pub struct CompareOptions<'a> {
 
 impl Pictures<'_> {
     /// Names and checks every picture, then every scene. Leaves out pictures that `--skip-existing` skips, and scenes without
-    /// any other pictures.
+    /// any other pictures unless their cameras are listed.
     ///
     /// # Errors
     /// [`CliError`]: a place that cannot be written, two pictures for one place, a scene that cannot be read, a picture
@@ -229,13 +234,14 @@ impl Pictures<'_> {
                 Some(output) => self.frames_of_sheet(output, scene, series)?,
                 None => self.frames(scene, series, &mut places)?,
             };
-            if !frames.is_empty() {
-                named.push((scene, mesh, series, frames));
+            let listed = self.listed(scene, series)?;
+            if !(frames.is_empty() && listed.is_empty()) {
+                named.push((scene, mesh, series, frames, listed));
             }
         }
         let aspect = f64::from(self.look.settings.width) / f64::from(self.look.settings.height);
         let (mut jobs, mut skipped) = (Vec::new(), Vec::new());
-        for (scene, mesh, series, frames) in named {
+        for (scene, mesh, series, frames, listed) in named {
             let mesh = mesh.without_stray_animation(scene, memory);
             match InputPlan::new(scene, camera.clone(), mesh, aspect) {
                 Ok(input) => jobs.push(Job {
@@ -243,6 +249,7 @@ impl Pictures<'_> {
                     whole: series.map_or(1, |series| series.count),
                     scene_memory: 0,
                     frames,
+                    listed,
                 }),
                 Err(error) if self.keep_going => skipped.push((scene.clone(), error)),
                 Err(error) => return Err(error),
@@ -265,7 +272,11 @@ impl Pictures<'_> {
     }
 
     /// The frames of a scene to render.
-    fn turns(&self, scene: &Path, series: Option<Turntable>) -> Result<Vec<Option<Turn>>, CliError> {
+    pub(super) fn turns(
+        &self,
+        scene: &Path,
+        series: Option<Turntable>,
+    ) -> Result<Vec<Option<Turn>>, CliError> {
         let of = match self.keyframes.len() {
             0 | 1 => String::new(),
             _ => format!(" of {}", clip_path(scene)),
@@ -423,7 +434,7 @@ impl Pictures<'_> {
     }
 
     /// The name of a frame's pose.
-    fn pose(&self, turn: Option<Turn>) -> Option<&str> {
+    pub(super) fn pose(&self, turn: Option<Turn>) -> Option<&str> {
         let pose = self.poses?.poses.get(turn?.number as usize - 1)?;
         Some(&pose.name)
     }

@@ -2,6 +2,7 @@
 
 use super::{
     SCHEMA,
+    bvh::BvhInfo,
     cameras::{AnimationInfo, CameraInfo},
     faults_text, grouped,
     lights::{LightInfo, lights},
@@ -10,7 +11,7 @@ use super::{
     scalars::ScalarInfo,
 };
 use crate::{
-    accel::BvhStats,
+    accel::Bvh,
     error::{clip, in_bytes},
     format::mesh::{MeshAnimation, Scalar},
     scene::{Environment, EnvironmentPicture, Image, MeshFaults, Scene},
@@ -95,27 +96,9 @@ struct Array {
     bytes: usize,
 }
 
-#[derive(Debug, Serialize)]
-struct BvhInfo {
-    /// The build quality: "best".
-    build: &'static str,
-    /// How triangles are stored: "whole" or "indexed".
-    layout: &'static str,
-    depth: usize,
-    nodes: usize,
-    triangle_blocks: usize,
-    sphere_blocks: usize,
-    /// Numbers of leaf blocks that hold 1, 2, ... 8 primitives.
-    leaf_sizes: [usize; 8],
-    /// Numbers of nodes that have 1, 2, ... 8 children.
-    child_counts: [usize; 8],
-    bytes: usize,
-    build_s: f64,
-}
-
 impl Info {
     /// The contents of the scene called `name`.
-    pub fn new(name: String, scene: &Scene, faults: MeshFaults, bvh: &BvhStats, load_time: Duration) -> Self {
+    pub fn new(name: String, scene: &Scene, faults: MeshFaults, bvh: &Bvh, load_time: Duration) -> Self {
         let (bounds, positions) = (scene.bounds(), Positions::of(scene));
         Self {
             schema: SCHEMA,
@@ -163,18 +146,7 @@ impl Info {
             arrays: arrays(scene),
             scene_bytes: scene.memory_bytes(),
             load_s: load_time.as_secs_f64(),
-            bvh: BvhInfo {
-                build: bvh.quality.name(),
-                layout: bvh.layout.name(),
-                depth: bvh.depth,
-                nodes: bvh.nodes,
-                triangle_blocks: bvh.triangle_blocks,
-                sphere_blocks: bvh.sphere_blocks,
-                leaf_sizes: bvh.leaf_sizes,
-                child_counts: bvh.child_counts,
-                bytes: bvh.memory_bytes,
-                build_s: bvh.build_time.as_secs_f64(),
-            },
+            bvh: BvhInfo::new(bvh),
         }
     }
 
@@ -308,17 +280,7 @@ impl Info {
                 format!("{} x {}", count(array.length), bytes_each(array)),
             );
         }
-        let bvh = &self.bvh;
-        line("BVH", in_bytes(bvh.bytes as u64));
-        line("  build", bvh.build.into());
-        line("  layout", bvh.layout.into());
-        line("  build time", format!("{:.1} ms", bvh.build_s * 1e3));
-        line("  depth", count(bvh.depth));
-        line("  nodes", count(bvh.nodes));
-        line("  triangle blocks", count(bvh.triangle_blocks));
-        line("  sphere blocks", count(bvh.sphere_blocks));
-        line("  leaf sizes", by_size(bvh.leaf_sizes, "primitives"));
-        line("  node sizes", by_size(bvh.child_counts, "children"));
+        lines.extend(self.bvh.lines());
         lines
     }
 }
@@ -330,18 +292,6 @@ fn some<T>(lines: &mut Vec<(String, String)>, name: &str, items: &[T], text: imp
     if let more @ 1.. = items.len().saturating_sub(MOST_LINES) {
         lines.push((name.to_owned(), format!("and {} more", count(more))));
     }
-}
-
-/// `12 x 1, 3 x 2 primitives`.
-fn by_size(counts: [usize; 8], parts: &str) -> String {
-    let sizes = (1..).zip(counts).filter(|&(_, number)| number > 0);
-    let listed: Vec<String> = sizes
-        .map(|(size, number)| format!("{} x {size}", count(number)))
-        .collect();
-    if listed.is_empty() {
-        return "none".into();
-    }
-    format!("{} {parts}", listed.join(", "))
 }
 
 pub(super) fn count(number: usize) -> String {

@@ -2,6 +2,7 @@
 
 mod aov;
 pub mod bench;
+mod bvh;
 mod cameras;
 pub mod info;
 mod lights;

@@ -2,12 +2,11 @@
 
 use super::grouped;
 use crate::{cli::process::Interrupt, render::Progress, verify::Done};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle, WeakProgressBar};
+use indicatif::{HumanBytes, ProgressBar, ProgressDrawTarget, ProgressStyle, WeakProgressBar};
 use std::{
-    fmt::Write,
     ops::ControlFlow,
     sync::{
-        Mutex, OnceLock, PoisonError,
+        Mutex, PoisonError,
         atomic::{AtomicU64, Ordering},
         mpsc,
     },
@@ -48,51 +47,100 @@ fn remembered(bar: ProgressBar) -> ProgressBar {
     bar
 }
 
-/// Progress of a stage of work, with the time left. The threads that work report to it.
+/// Progress of a stage of work, with the time left. The threads that work report to it; another one draws it, also while
+/// nothing is reported.
 pub struct StageBar {
     /// What is done, before the bar.
     what: String,
-    /// Steps in all; 0 if unknown.
-    total: u64,
-    start: Instant,
     visible: bool,
+    start: Instant,
+    /// When the counted steps began.
+    counted_from: Mutex<Instant>,
     done: AtomicU64,
-    shown: OnceLock<ProgressBar>,
+    /// Steps in all. If that is 0, their number is unknown, and those that are done are bytes read.
+    total: AtomicU64,
 }
 
 impl StageBar {
-    /// A bar that appears after a while, if `visible`.
+    /// A bar that [`Self::during`] shows if `visible`.
     pub fn new(visible: bool, what: impl Into<String>, total: u64) -> Self {
+        let start = Instant::now();
         Self {
             what: what.into(),
-            total,
-            start: Instant::now(),
             visible,
+            start,
+            counted_from: Mutex::new(start),
             done: AtomicU64::new(0),
-            shown: OnceLock::new(),
+            total: AtomicU64::new(total),
         }
     }
 
     /// Notes that more steps are done.
     pub fn add(&self, steps: u64) {
-        let done = self.done.fetch_add(steps, Ordering::Relaxed) + steps;
-        self.show(done, self.total);
+        self.done.fetch_add(steps, Ordering::Relaxed);
     }
 
-    /// Shows `done` of `total` steps.
+    /// Notes that `done` of `total` steps are done. 0 begins other steps.
     pub fn show(&self, done: u64, total: u64) {
-        if self.visible && self.start.elapsed() > PATIENCE {
-            self.shown
-                .get_or_init(|| remembered(new_bar(&self.what, total)).with_elapsed(self.start.elapsed()))
-                .set_position(done);
+        if done == 0 {
+            *self.counted_from.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
         }
+        self.done.store(done, Ordering::Relaxed);
+        self.total.store(total, Ordering::Relaxed);
     }
 
-    /// Removes the bar.
-    pub fn clear(&self) {
-        if let Some(bar) = self.shown.get() {
-            bar.finish_and_clear();
+    /// Shows the bar while this works, unless that is done soon.
+    pub fn during<T>(&self, work: impl FnOnce() -> T) -> T {
+        if !self.visible {
+            return work();
         }
+        thread::scope(|scope| {
+            // Dropped even if the work panics, which ends the thread.
+            let (_end, ended) = mpsc::channel();
+            let draw = move || self.draw_until(&ended);
+            // If the system refuses the thread, there is no bar.
+            let _ = thread::Builder::new().spawn_scoped(scope, draw);
+            work()
+        })
+    }
+
+    fn draw_until(&self, ended: &mpsc::Receiver<()>) {
+        let waits = |time| ended.recv_timeout(time) == Err(mpsc::RecvTimeoutError::Timeout);
+        if !waits(PATIENCE) {
+            return;
+        }
+        let target = ProgressDrawTarget::stderr_with_hz(2 * RATE_HZ);
+        let bar = remembered(ProgressBar::with_draw_target(None, target).with_prefix(self.what.clone()));
+        while {
+            self.draw(&bar);
+            waits(Duration::from_secs(1) / u32::from(RATE_HZ))
+        } {}
+        bar.finish_and_clear();
+    }
+
+    fn draw(&self, bar: &ProgressBar) {
+        let [done, total] = [&self.done, &self.total].map(|steps| steps.load(Ordering::Relaxed));
+        let (template, text) = if total == 0 {
+            let seconds = self.start.elapsed().as_secs();
+            let read = if done == 0 {
+                String::new()
+            } else {
+                format!("{}  ", HumanBytes(done))
+            };
+            ("{prefix}  {msg}", format!("{read}{seconds} s"))
+        } else {
+            let from = *self.counted_from.lock().unwrap_or_else(PoisonError::into_inner);
+            bar.set_length(total);
+            bar.set_position(done);
+            let left = time_left(from.elapsed(), done, total);
+            ("{prefix}  {bar:40} {percent:>3} %  {msg}", format!("{left} left"))
+        };
+        // Cannot fail: the templates are constants.
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        bar.set_message(text);
+        bar.tick();
     }
 }
 
@@ -103,15 +151,15 @@ pub struct RenderBar<'a> {
 }
 
 impl<'a> RenderBar<'a> {
-    /// A bar that appears after a while, if `visible`.
+    /// A bar that [`Self::during`] shows if `visible`.
     pub fn new(visible: bool, interrupt: &'a Interrupt) -> Self {
         Self {
-            bar: StageBar::new(visible, "", 0),
+            bar: StageBar::new(visible, "rendering", 0),
             interrupt,
         }
     }
 
-    /// Shows the progress; `Break` if rendering should stop.
+    /// Notes the progress; `Break` if rendering should stop.
     pub fn report(&self, progress: Progress) -> ControlFlow<()> {
         self.bar.show(progress.pixels_done, progress.pixels_total);
         if self.interrupt.requested() {
@@ -121,43 +169,15 @@ impl<'a> RenderBar<'a> {
         }
     }
 
-    /// Removes the bar.
-    pub fn clear(&self) {
-        self.bar.clear();
+    /// As [`StageBar::during`].
+    pub fn during<T>(&self, work: impl FnOnce() -> T) -> T {
+        self.bar.during(work)
     }
 }
 
-/// A bar of `total` steps; if that is 0, the bytes that are read so far.
-fn new_bar(what: &str, total: u64) -> ProgressBar {
-    let target = ProgressDrawTarget::stderr_with_hz(RATE_HZ);
-    let (bar, template) = if total == 0 {
-        (ProgressBar::with_draw_target(None, target), "{prefix}{bytes}")
-    } else {
-        let bar = ProgressBar::with_draw_target(Some(total), target);
-        (bar, "{prefix}{bar:40} {percent:>3} %  {left}")
-    };
-    let bar = if what.is_empty() {
-        bar
-    } else {
-        bar.with_prefix(format!("{what}  "))
-    };
-    match ProgressStyle::with_template(template) {
-        // indicatif's own estimate would count the work before the bar appeared as done in no time.
-        Ok(style) => bar.with_style(style.with_key(
-            "left",
-            move |state: &ProgressState, out: &mut dyn Write| {
-                let left = time_left(state.elapsed(), state.pos(), total);
-                let _ = write!(out, "{left} left");
-            },
-        )),
-        // Cannot happen: the templates are constants.
-        Err(_) => bar,
-    }
-}
-
-/// The time left if the other steps take as long as those done.
+/// The time left if the other steps take as long as those done. The first hundredth says too little.
 fn time_left(elapsed: Duration, done: u64, total: u64) -> String {
-    if done == 0 {
+    if done.saturating_mul(100) < total.max(1) {
         return "?".into();
     }
     let seconds = elapsed.as_secs_f64() * total.saturating_sub(done) as f64 / done as f64;

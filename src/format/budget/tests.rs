@@ -29,3 +29,27 @@ fn what_is_given_back_can_be_taken_again() {
     assert_eq!((array.capacity(), budget.taken()), (8, 64));
     assert_eq!(Budget::unlimited().take_array::<u64>(usize::MAX), Ok(()));
 }
+
+#[test]
+fn large_files_report_what_is_parsed() {
+    let reports = Arc::new(std::sync::Mutex::new(Vec::new()));
+    let list = Arc::clone(&reports);
+    let budget = Budget::new(Limits {
+        on_parsed: Some(Arc::new(move |done, total| {
+            list.lock().expect("no panic").push((done, total));
+        })),
+        ..Limits::from(u64::MAX)
+    });
+    budget.parsing(PARSED - 1).at(PARSED - 1);
+    let mut progress = budget.parsing(3 * PARSED);
+    for byte in [0, PARSED, PARSED + 1, 2 * PARSED + 5] {
+        progress.at(byte);
+    }
+    drop(progress);
+    let reports = reports.lock().expect("no panic");
+    let total = 3 * PARSED;
+    assert_eq!(
+        *reports,
+        [(0, total), (PARSED, total), (2 * PARSED + 5, total), (0, 0)]
+    );
+}

@@ -222,7 +222,9 @@ impl<'b> Obj<'b> {
         limits: Option<[usize; 2]>,
     ) -> Result<(), TextFault> {
         let mut start = after_mark(text);
+        let mut progress = self.budget.parsing(text.len());
         for line in text[start..].split_inclusive(|&byte| byte == b'\n') {
+            progress.at(start);
             let end = start + line.len();
             self.line(Words::new(text, start..end), path, open, limits)?;
             start = end;

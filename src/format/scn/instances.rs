@@ -84,7 +84,7 @@ impl Reader<'_> {
             let room = builder.check_instances(count);
             room.map_err(|error| Reason::from(error).of_file(path))?;
         }
-        let read = placements::read(&bytes, path, |rows| {
+        let read = placements::read(&bytes, path, budget, |rows| {
             let transform = before
                 .then_transform(&Transform::from_rows(rows))
                 .then_transform(after);

@@ -5,6 +5,7 @@
 use crate::{
     error::{LoadError, quote},
     format::{
+        budget::{Budget, Parsing},
         place::{LFS_POINTER, LONE_RETURNS, after_mark, has_lone_returns, is_lfs_pointer, is_utf16},
         reason::Reason,
     },
@@ -31,11 +32,13 @@ const BINARY: &str = "this is binary data, expected text or a numpy array (.npy,
 pub(super) fn read(
     bytes: &[u8],
     path: &Path,
+    budget: &Budget,
     mut take: impl FnMut(Rows) -> Result<(), Reason>,
 ) -> Result<usize, LoadError> {
+    let mut progress = budget.parsing(bytes.len());
     let whole = |message: &str| LoadError::whole_file(path, message);
     if bytes.starts_with(NUMPY) {
-        return array(bytes, &mut take).map_err(|reason| reason.of_file(path));
+        return array(bytes, &mut progress, &mut take).map_err(|reason| reason.of_file(path));
     }
     if let Some(what) = other_content(bytes, path) {
         return Err(whole(what));
@@ -45,6 +48,7 @@ pub(super) fn read(
     for line in bytes.split_inclusive(|&byte| byte == b'\n') {
         let own = start..start + line.trim_ascii_end().len();
         start += line.len();
+        progress.at(start);
         let refused = |reason: Reason| {
             LoadError::in_text(path, bytes, own.clone(), reason.message).with_kind(reason.kind)
         };
@@ -176,7 +180,11 @@ struct Array<'a> {
 }
 
 /// The placements of a numpy array of `f4` or `f8`, little-endian, row after row. Returns their number.
-fn array(bytes: &[u8], take: &mut impl FnMut(Rows) -> Result<(), Reason>) -> Result<usize, Reason> {
+fn array(
+    bytes: &[u8],
+    progress: &mut Parsing<'_>,
+    take: &mut impl FnMut(Rows) -> Result<(), Reason>,
+) -> Result<usize, Reason> {
     let Array {
         count,
         each,
@@ -184,6 +192,7 @@ fn array(bytes: &[u8], take: &mut impl FnMut(Rows) -> Result<(), Reason>) -> Res
         data,
     } = Array::new(bytes)?;
     for (i, placement) in data.chunks_exact(each * size).enumerate() {
+        progress.at(i * each * size);
         let mut numbers = [0.0; 16];
         for (number, bytes) in numbers.iter_mut().zip(placement.chunks_exact(size)) {
             *number = match *bytes {

@@ -101,7 +101,7 @@ fn parallel(work: &Work) -> Result<String, CliError> {
     ))
 }
 
-/// Runs a task's lines of the commands, and prints the progress in percent after each.
+/// Runs a task's lines of the commands, and prints the progress in percent after each picture.
 fn task(work: &Work, progress: &str) -> String {
     let (chunk, count, tasks) = (work.chunk, work.commands.len(), work.tasks());
     format!(
@@ -115,7 +115,20 @@ fn task(work: &Work, progress: &str) -> String {
          line=$first\n\
          while [ \"$line\" -le \"$last\" ]; do\n    \
              command=$(sed -n \"${{line}}p\" \"$commands\")\n    \
-             sh -c \"$command\"\n    \
+             # A call for several pictures ends in their number, and prints a line of JSON for each that it renders.\n    \
+             pictures=${{command##*# }}\n    \
+             {{ sh -c \"$command\" || echo \"failed $?\"; }} | {{\n        \
+                 made=0\n        \
+                 while IFS= read -r text; do\n            \
+                     case $text in\n                \
+                         'failed '*) exit \"${{text#failed }}\" ;;\n                \
+                         '{{'*)\n                    \
+                             made=$((made + 1))\n                    \
+                             [ \"$made\" -ge \"$pictures\" ] || echo \"{progress}: $((made * 100 / pictures))\" ;;\n                \
+                         *) printf '%s\\n' \"$text\" ;;\n            \
+                     esac\n        \
+                 done\n    \
+             }}\n    \
              line=$((line + 1))\n    \
              echo \"{progress}: $(((line - first) * 100 / (last - first + 1)))\"\n\
          done\n"

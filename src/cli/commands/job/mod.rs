@@ -8,12 +8,13 @@
 
 mod engines;
 
+use super::render::save_poses;
 use crate::{
     cli::{
         CliError, load,
         plan::{
-            FOCUS, Frame, InputKind, InputPlan, Job, JobPlan, StartView, aov_path, explained, has_number,
-            is_for_meshes, of_frame, stem,
+            Engine, FOCUS, Frame, InputKind, InputPlan, Job, JobPlan, StartView, aov_path, explained,
+            has_number, is_for_meshes, of_frame, stem,
         },
         report,
         write::AovKind,
@@ -73,7 +74,7 @@ fn write_job(plan: &JobPlan) -> Result<(), CliError> {
     let files = engines::files(&work, plan.engine)?;
     let start = engines::start(&work, plan.engine)?;
     let mut made = Made::default();
-    let written = made.write(&work, &files);
+    let written = made.write(&work, &files).and_then(|()| save_poses(&plan.render));
     if written.is_err() {
         made.remove();
     }
@@ -273,7 +274,13 @@ fn frame_commands(plan: &JobPlan, job: &Job) -> Result<Vec<String>, CliError> {
             [first, .., last] => format!("--frames={first}-{last}"),
             _ => format!("--frames={}", chunk[0]),
         };
-        render(&[&words[..], &[range]].concat(), job)
+        let mut words = [&words[..], &[range]].concat();
+        // The others have their scripts print the progress.
+        if chunk.len() == 1 || plan.engine == Engine::Parallel {
+            return render(&words, job);
+        }
+        words.push("--json=-".to_owned());
+        Ok(format!("{} # {}", render(&words, job)?, chunk.len()))
     });
     commands.collect()
 }

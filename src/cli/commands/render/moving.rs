@@ -76,14 +76,21 @@ impl SceneAtTime {
 
 /// Refuses cameras that make no picture in one of a scene's frames, before the first is rendered.
 pub fn check_cameras(job: &Job, scene: &Scene) -> Result<(), CliError> {
-    let turns = job.frames.iter().filter_map(|frame| frame.turn);
-    for turn in turns.filter(|_| scene.moves()) {
-        let time = turn.number.into();
-        let own = scene.cameras_at(time);
-        let own = own.map_err(|error| CliError::Failed(error.to_string()))?;
-        job.input.camera.at_time(scene, &own, time)?;
-    }
-    Ok(())
+    let frames = job.frames.iter();
+    frames
+        .map(|frame| camera_at(job, scene, frame.turn))
+        .try_for_each(|camera| camera.map(drop))
+}
+
+/// The camera of a frame, if the scene moves.
+pub fn camera_at(job: &Job, scene: &Scene, turn: Option<Turn>) -> Result<Option<Camera>, CliError> {
+    let Some(turn) = turn.filter(|_| scene.moves()) else {
+        return Ok(None);
+    };
+    let time = turn.number.into();
+    let own = scene.cameras_at(time);
+    let own = own.map_err(|error| CliError::Failed(error.to_string()))?;
+    job.input.camera.at_time(scene, &own, time).map(Some)
 }
 
 impl Call<'_> {

@@ -1,63 +1,95 @@
 //! Cameras of frames, and the file that lists them.
 
-use super::Call;
+use super::{Call, moving};
 use crate::{
     cli::{
-        CliError,
-        plan::{Frame, JsonTarget, Look, PoseFiles, SavedPoses, Turn},
+        CliError, load,
+        plan::{Frame, Job, JsonTarget, ListedPicture, PoseFiles, RenderPlan, SavedPoses, Turn},
         report,
-        write::{AovKind, Output, RenderedAovs, json_line, write_json},
+        write::{AovKind, Inputs, RenderedAovs, json_line, write_json},
     },
-    scene::Camera,
+    scene::{Camera, Scene},
 };
 use std::path::{Component, Path};
 
-impl Call<'_> {
+impl RenderPlan {
     /// The camera of a frame: a pose, or that of the scene or its options, turned for a turntable.
-    pub fn camera_of(&self, turn: Option<Turn>, camera: &Camera) -> Result<Camera, CliError> {
+    pub(super) fn camera_of(&self, turn: Option<Turn>, camera: &Camera) -> Result<Camera, CliError> {
         let pose = |turn: Turn| {
-            Some(
-                self.plan
-                    .poses
-                    .as_ref()?
-                    .poses
-                    .get(turn.number as usize - 1)?
-                    .camera,
-            )
+            let poses = &self.poses.as_ref()?.poses;
+            Some(poses.get(turn.number as usize - 1)?.camera)
         };
-        Ok(match (turn.and_then(pose), turn.zip(self.plan.orbit)) {
+        Ok(match (turn.and_then(pose), turn.zip(self.orbit)) {
             (Some(camera), _) => camera,
             (None, Some((turn, orbit))) => Camera::new(&orbit.view(&camera.view(), turn))?,
             _ => *camera,
         })
     }
 
-    /// Refuses to save the pose of an orthographic camera, before its picture is rendered.
-    pub fn prepare_poses(&mut self, camera: &Camera, look: &Look) -> Result<(), CliError> {
-        if self.plan.save_poses.is_none() {
+    /// The cameras of all pictures of a job's series, if they are to be saved. `camera` is that of the loaded scene.
+    ///
+    /// # Errors
+    /// [`CliError`] for cameras that make no picture or are orthographic.
+    pub(super) fn poses_of(
+        &self,
+        job: &Job,
+        scene: &Scene,
+        camera: &Camera,
+    ) -> Result<Option<SavedPoses>, CliError> {
+        let Some(path) = &self.save_poses else {
+            return Ok(None);
+        };
+        // Styles do not change it.
+        let look = &self.looks.mesh;
+        let size = [look.settings.width, look.settings.height];
+        let mut saved = SavedPoses::new(size, look.picture.z_step);
+        for picture in &job.listed {
+            let moved = moving::camera_at(job, scene, picture.turn)?;
+            let camera = self.camera_of(picture.turn, &moved.unwrap_or(*camera))?;
+            SavedPoses::check(&camera)?;
+            saved.push(files(path, picture), &camera);
+        }
+        Ok(Some(saved))
+    }
+
+    /// Writes the cameras of all pictures, if they are to be saved and none of the inputs is lost.
+    pub(super) fn write_poses(&self, saved: &SavedPoses, inputs: &Inputs) -> Result<(), CliError> {
+        let Some(path) = &self.save_poses else {
             return Ok(());
-        }
-        SavedPoses::check(camera)?;
-        let Look { settings, picture } = look;
-        let size = [settings.width, settings.height];
-        let new = || SavedPoses::new(size, picture.z_step);
-        self.saved_poses.get_or_insert_with(new);
-        Ok(())
+        };
+        let target = JsonTarget::File(path.clone());
+        inputs.check_json(Some(&target))?;
+        write_json(&target, &json_line(&saved.file()))
     }
+}
 
-    /// Remembers the camera of a picture.
-    pub fn save_pose(&mut self, frame: &Frame, camera: &Camera) {
-        if let (Some(path), Some(saved)) = (&self.plan.save_poses, &mut self.saved_poses) {
-            let relative = |output: &Output| seen_from(path, Path::new(output.full_name()));
-            let files = PoseFiles {
-                picture: relative(&frame.output),
-                mask: frame.aovs.file(AovKind::Mask).map(relative),
-                depth: frame.aovs.file(AovKind::Z).map(relative),
-            };
-            saved.push(files, camera);
-        }
+/// Writes the cameras of all pictures, if they are to be saved, without rendering any.
+///
+/// # Errors
+/// [`CliError`], as for rendering.
+pub fn save(plan: &RenderPlan) -> Result<(), CliError> {
+    let Some(job) = plan.jobs.first().filter(|_| plan.save_poses.is_some()) else {
+        return Ok(());
+    };
+    let mut opened = Vec::new();
+    let input = load::load_and_list(&job.input, job.scene_memory, &mut opened)?;
+    let mut inputs = plan.inputs.clone();
+    inputs.add_scene(&job.input.path, &opened, Some(&input.scene));
+    let saved = plan.poses_of(job, &input.scene, &input.camera)?;
+    saved.map_or(Ok(()), |saved| plan.write_poses(&saved, &inputs))
+}
+
+/// The files of a picture as seen from the file of poses.
+fn files(poses: &Path, picture: &ListedPicture) -> PoseFiles {
+    let aov = |which| picture.aov(which).map(|file| seen_from(poses, file));
+    PoseFiles {
+        picture: seen_from(poses, &picture.path),
+        mask: aov(AovKind::Mask),
+        depth: aov(AovKind::Z),
     }
+}
 
+impl Call<'_> {
     /// Warns of depth beyond the range of its file, once.
     pub fn warn_of_depth(&mut self, frame: &Frame, aovs: Option<&RenderedAovs>) {
         if self.plan.quiet || self.warned_of_depth {
@@ -66,15 +98,6 @@ impl Call<'_> {
         let warning = aovs.and_then(|aovs| frame.aovs.warning(aovs));
         self.warned_of_depth = warning.is_some();
         report::warnings(warning);
-    }
-
-    pub fn write_poses(&self) -> Result<(), CliError> {
-        let (Some(path), Some(saved)) = (&self.plan.save_poses, &self.saved_poses) else {
-            return Ok(());
-        };
-        let target = JsonTarget::File(path.clone());
-        self.inputs.check_json(Some(&target))?;
-        write_json(&target, &json_line(&saved.file()))
     }
 }
 

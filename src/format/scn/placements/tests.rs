@@ -6,7 +6,7 @@ fn all(bytes: &[u8]) -> Result<Vec<Rows>, String> {
         all.push(rows);
         Ok(())
     };
-    let outcome = read(bytes, Path::new("p.txt"), take);
+    let outcome = read(bytes, Path::new("p.txt"), &Budget::unlimited(), take);
     outcome
         .map(|count| {
             assert_eq!(count, all.len());
@@ -105,7 +105,9 @@ fn other_files_are_named() {
         assert!(error.starts_with(expected), "{error}");
     }
     // An aborted numpy.save.
-    let empty = |name: &str| read(b"", Path::new(name), |_| Ok(())).map_err(|error| error.to_string());
+    let empty = |name: &str| {
+        read(b"", Path::new(name), &Budget::unlimited(), |_| Ok(())).map_err(|error| error.to_string())
+    };
     let expected = "p.npy: the file is empty, expected a numpy array".to_owned();
     assert_eq!([empty("p.npy"), empty("p.txt")], [Err(expected), Ok(0)]);
 }
