@@ -174,7 +174,7 @@ def test_parallel_rays_and_lenses():
         ({"environment": "a.hdr"}, "environment applies"),
         ({"environment_rotate": 3}, "environment_rotate: needs an environment"),
         ({"environment_rotate": np.inf}, "environment_rotate: expected degrees"),
-        ({"animation": 1}, "animation or animation_time applies"),
+        ({"animation": 1}, "animation applies"),
         ({"animation": 0}, "animation: expected"),
         ({"animation": 1.5}, "animation: expected"),
         ({"animation_time": -1}, "animation_time: expected seconds"),
