@@ -2,13 +2,11 @@
 //!
 //! quick-xml finds the tags. Nothing is copied: tags and attributes are slices of the text.
 
+#[cfg(feature = "threemf")]
+use crate::{error::SceneError, format::offset::Offset, scene::is_usable};
 use crate::{
-    error::{LoadErrorKind, SceneError, quote},
-    format::{
-        offset::Offset,
-        place::{TextFault, after_mark, refuse_binary},
-    },
-    scene::is_usable,
+    error::{LoadErrorKind, quote},
+    format::place::{TextFault, after_mark, refuse_binary},
 };
 use quick_xml::{
     Error, Reader,

@@ -5,7 +5,7 @@ use super::{
     array::File,
     cells::{Types, faces_of},
     data::{Chosen, read_colors},
-    group::{Group, Paint, each_face},
+    group::{Group, HIDDEN, Paint, each_face},
     shapes::Shape,
 };
 use crate::{
@@ -22,7 +22,7 @@ use glam::DVec3;
 use std::collections::BTreeMap;
 
 /// Bits of marks of cells that another piece shows, or that nothing shows.
-const NOT_SHOWN: u64 = 1 | 8 | 32;
+const NOT_SHOWN: u8 = 1 | 8 | HIDDEN;
 
 /// The mesh so far.
 pub(super) struct Build<'a, 'f> {
@@ -212,7 +212,7 @@ impl<'a, 'f> Build<'a, 'f> {
             let mut numbers = array.open(count, self.file)?;
             self.budget.reserve(&mut ghosts, count)?;
             for _ in 0..count {
-                ghosts.push((numbers.index(256, "the mark of a cell is")? & NOT_SHOWN) as u8);
+                ghosts.push(numbers.index(256, "the mark of a cell is")? as u8 & NOT_SHOWN);
             }
         }
         Ok(ghosts)
@@ -244,6 +244,9 @@ impl<'a, 'f> Build<'a, 'f> {
         for i in 0..group.cells.count {
             let cell = group.cell(i);
             let points = reader.next(cell, group.points)?;
+            if group.ghost(i) & HIDDEN != 0 {
+                continue;
+            }
             let Some(shape) = Shape::of(cell) else {
                 *self.unknown.entry(cell).or_default() += 1;
                 continue;
@@ -252,7 +255,7 @@ impl<'a, 'f> Build<'a, 'f> {
                 self.small += 1;
                 continue;
             }
-            let is_shown = group.ghosts.get(group.first + i).is_none_or(|&ghost| ghost == 0);
+            let is_shown = group.ghost(i) == 0;
             let before = self.columns.triangles.len();
             if shape.is_body() {
                 let center = self.center(shape, points);

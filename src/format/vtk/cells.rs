@@ -70,8 +70,9 @@ impl<'a> Cells<'a> {
                 points,
                 begins,
             } => {
-                let mut ends = offsets.open(self.count.saturating_add((*begins).into()), file)?;
-                let first = if *begins {
+                let begins = *begins && self.count > 0;
+                let mut ends = offsets.open(self.count.saturating_add(begins.into()), file)?;
+                let first = if begins {
                     ends.index(1, "the first offset is")?
                 } else {
                     0

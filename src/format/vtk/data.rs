@@ -60,10 +60,10 @@ impl<'a> Attributes<'a> {
         self.find(GHOSTS)
     }
 
-    /// The arrays that are neither colours nor normals.
-    pub(super) fn others(&self) -> impl Iterator<Item = &Array<'a>> {
-        let shown =
-            [self.normals(), self.colors(), self.ghosts()].map(|array| array.map(|array| &array.name));
+    /// The arrays that are neither colours nor normals of points; normals of cells are not shown.
+    pub(super) fn others(&self, owner: Owner) -> impl Iterator<Item = &Array<'a>> {
+        let normals = self.normals().filter(|_| owner == Owner::Vertices);
+        let shown = [normals, self.colors(), self.ghosts()].map(|array| array.map(|array| &array.name));
         let others = self.arrays.iter();
         others.filter(move |array| array.kind.is_some() && !shown.contains(&Some(&array.name)))
     }
@@ -104,11 +104,17 @@ pub(super) struct Chosen {
 
 impl Chosen {
     /// The numbers with this name: those of points, or else of cells.
-    pub(super) fn of(wanted: &str, pieces: &[Piece<'_>]) -> Result<Self, Reason> {
+    pub(super) fn of<'p>(wanted: &str, pieces: &'p [Piece<'_>]) -> Result<Self, Reason> {
         let all = || {
             pieces.iter().flat_map(|piece| {
-                let points = piece.of_points.others().map(|array| (Owner::Vertices, array));
-                points.chain(piece.of_cells.others().map(|array| (Owner::Faces, array)))
+                let both = [
+                    (Owner::Vertices, &piece.of_points),
+                    (Owner::Faces, &piece.of_cells),
+                ];
+                let others = |(owner, of): (Owner, &'p Attributes<'_>)| {
+                    of.others(owner).map(move |array| (owner, array))
+                };
+                both.into_iter().flat_map(others)
             })
         };
         for wanted_owner in [Owner::Vertices, Owner::Faces] {
@@ -191,7 +197,7 @@ pub(super) fn ranges(pieces: &[Piece<'_>], file: &File<'_>) -> Vec<Scalar> {
             (Owner::Vertices, &piece.of_points, piece.points),
             (Owner::Faces, &piece.of_cells, piece.cells()),
         ] {
-            for array in attributes.others() {
+            for array in attributes.others(of) {
                 let parts = parts(array);
                 // Each name takes memory.
                 let room = parts.len().saturating_mul(128 + 4 * array.name.len());

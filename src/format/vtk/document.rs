@@ -36,8 +36,11 @@ const GROUPS: [(&str, &str, u8); 4] = [
     ("Strips", "NumberOfStrips", TRIANGLE_STRIP),
 ];
 
-/// Reads the description of all arrays.
-pub(super) fn read<'a>(text: &'a [u8], budget: &'a Budget) -> Result<(File<'a>, Vec<Piece<'a>>), TextFault> {
+/// Reads the description of all arrays of the first time step, and whether there are more steps.
+pub(super) fn read<'a>(
+    text: &'a [u8],
+    budget: &'a Budget,
+) -> Result<(File<'a>, Vec<Piece<'a>>, bool), TextFault> {
     let end = appended_at(text).unwrap_or(text.len());
     let head = text.get(..end).unwrap_or_default();
     refuse_binary(head, "the XML of a VTK file")?;
@@ -45,6 +48,8 @@ pub(super) fn read<'a>(text: &'a [u8], budget: &'a Budget) -> Result<(File<'a>, 
         xml: Xml::new(head)?,
         text,
         budget,
+        step: None,
+        has_steps: false,
     };
     let root = reader.xml.root("VTKFile")?;
     let kind = root.get("type")?;
@@ -60,7 +65,7 @@ pub(super) fn read<'a>(text: &'a [u8], budget: &'a Budget) -> Result<(File<'a>, 
     let mut pieces = Vec::new();
     while let Some(tag) = reader.xml.child()? {
         match tag.name() {
-            name if name == kind.value => reader.pieces(is_grid, &mut pieces)?,
+            name if name == kind.value => reader.pieces(&tag, is_grid, &mut pieces)?,
             b"AppendedData" => {
                 let coding = tag.find("encoding")?;
                 encoding.is_base64 = coding.is_none_or(|coding| coding.value == b"base64");
@@ -82,7 +87,7 @@ pub(super) fn read<'a>(text: &'a [u8], budget: &'a Budget) -> Result<(File<'a>, 
         encoding,
         work: Cell::new(super::most_decoded(text.len())),
     };
-    Ok((file, pieces))
+    Ok((file, pieces, reader.has_steps))
 }
 
 /// Where the start tag of appended data ends.
@@ -139,10 +144,19 @@ struct Reader<'a> {
     xml: Xml<'a>,
     text: &'a [u8],
     budget: &'a Budget,
+    /// The first time step that an array belongs to.
+    step: Option<&'a [u8]>,
+    /// Whether there are later steps, which are left out.
+    has_steps: bool,
 }
 
 impl<'a> Reader<'a> {
-    fn pieces(&mut self, is_grid: bool, pieces: &mut Vec<Piece<'a>>) -> Result<(), TextFault> {
+    fn pieces(
+        &mut self,
+        data: &Tag<'a>,
+        is_grid: bool,
+        pieces: &mut Vec<Piece<'a>>,
+    ) -> Result<(), TextFault> {
         while let Some(tag) = self.xml.child()? {
             if tag.name() != b"Piece" {
                 self.xml.skip()?;
@@ -151,6 +165,13 @@ impl<'a> Reader<'a> {
             let piece = self.piece(&tag, is_grid)?;
             self.budget.reserve(pieces, 1)?;
             pieces.push(piece);
+        }
+        let times = data.find("TimeValues")?;
+        let steps = times.map_or(0, |times| words(times.value).count());
+        // Text has the pieces of all steps in turn, and each array is of step 0; elsewhere pieces have the arrays of all.
+        if self.step.is_some() && !self.has_steps && steps > 1 && pieces.len().is_multiple_of(steps) {
+            pieces.truncate(pieces.len() / steps);
+            self.has_steps = true;
         }
         Ok(())
     }
@@ -209,7 +230,8 @@ impl<'a> Reader<'a> {
     fn arrays(&mut self) -> Result<Vec<Array<'a>>, TextFault> {
         let mut arrays = Vec::new();
         while let Some(tag) = self.xml.child()? {
-            if matches!(tag.name(), b"DataArray" | b"Array") {
+            let is_array = matches!(tag.name(), b"DataArray" | b"Array");
+            if is_array && self.is_of_first_step(&tag)? {
                 let array = self.array(&tag)?;
                 self.budget.take(ARRAY_BYTES + array.name.len())?;
                 arrays.push(array);
@@ -220,14 +242,24 @@ impl<'a> Reader<'a> {
         Ok(arrays)
     }
 
+    /// Whether an array belongs to the first time step, perhaps among others, or to none.
+    fn is_of_first_step(&mut self, tag: &Tag<'a>) -> Result<bool, TextFault> {
+        let Some(steps) = tag.find("TimeStep")? else {
+            return Ok(true);
+        };
+        let mut steps = words(steps.value).peekable();
+        self.step = self.step.or(steps.peek().copied());
+        let is_first = steps.any(|step| Some(step) == self.step);
+        self.has_steps |= !is_first;
+        Ok(is_first)
+    }
+
     fn array(&mut self, tag: &Tag<'a>) -> Result<Array<'a>, TextFault> {
         let kind = tag.get("type")?;
         let name = tag.find("Name")?.map(|name| name.text()).transpose()?;
-        let components = tag.find("NumberOfComponents")?;
-        let components = components.filter(|components| !components.value.trim_ascii().is_empty());
-        let components = components.map(|components| components.index()).transpose()?;
-        let format = tag.get("format")?;
-        let source = match format.value {
+        let components = count(tag, "NumberOfComponents")?;
+        let format = tag.find("format")?;
+        let source = match format.as_ref().map_or(&b"ascii"[..], |format| format.value) {
             b"appended" => {
                 let offset = tag.get("offset")?;
                 let digits = std::str::from_utf8(offset.value.trim_ascii());
@@ -244,13 +276,15 @@ impl<'a> Reader<'a> {
             b"binary" => Source::Inline(self.content()?),
             other => {
                 let found = quote(other);
-                return Err(format.fault(format!("found {found}, expected `ascii`, `binary` or `appended`")));
+                let place = format.map_or(tag.place.clone(), |format| format.place);
+                let message = format!("found {found}, expected `ascii`, `binary` or `appended`");
+                return Err(TextFault::new(place, message));
             }
         };
         Ok(Array {
             name: name.unwrap_or_default(),
             kind: Kind::of_xml(kind.value),
-            components: components.unwrap_or(1).max(1) as usize,
+            components: components.unwrap_or(1).max(1),
             is_color: false,
             source,
             place: Some(tag.place.clone()),
@@ -281,9 +315,15 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// An attribute that is a count.
+fn words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let words = text.split(u8::is_ascii_whitespace);
+    words.filter(|word| !word.is_empty())
+}
+
+/// An attribute that is a count; `None` if it is missing or empty.
 fn count(tag: &Tag<'_>, name: &str) -> Result<Option<usize>, TextFault> {
-    let Some(attribute) = tag.find(name)? else {
+    let attribute = tag.find(name)?;
+    let Some(attribute) = attribute.filter(|attribute| !attribute.value.trim_ascii().is_empty()) else {
         return Ok(None);
     };
     let digits = std::str::from_utf8(attribute.value.trim_ascii());

@@ -11,6 +11,9 @@ use crate::{
     format::{budget::Budget, mesh::channels, place::TextFault},
 };
 
+/// The bit of marks of cells that are left out: those beside them have an outer face there.
+pub(super) const HIDDEN: u8 = 32;
+
 /// What cells of a piece show.
 pub(super) enum Paint {
     Nothing,
@@ -57,6 +60,11 @@ impl Group<'_, '_> {
         each.copied().unwrap_or_default()
     }
 
+    /// The marks of a cell that is not shown, otherwise 0.
+    pub(super) fn ghost(&self, i: usize) -> u8 {
+        self.ghosts.get(self.first + i).copied().unwrap_or_default()
+    }
+
     /// The numbers of the faces that belong to one body only.
     pub(super) fn outer(&self, file: &File<'_>) -> Result<Vec<u32>, TextFault> {
         let has_bodies = self
@@ -73,6 +81,7 @@ impl Group<'_, '_> {
             let points = reader.next(cell, self.points)?;
             if let Some(shape) = Shape::of(cell).filter(|shape| shape.is_body())
                 && points.len() >= shape.least()
+                && self.ghost(i) & HIDDEN == 0
             {
                 let added = each_face(shape, points, |corners, _| faces.add(corners, file.budget));
                 added.map_err(|excess| match excess {
@@ -88,7 +97,8 @@ impl Group<'_, '_> {
     }
 }
 
-/// Visits the faces of a body: the corners of each, and the points in the middle of its sides, if there are some.
+/// Visits the faces of a body: the corners of each, and the points in the middle of its sides, if there are some. Corners that
+/// repeat the next one are left out, so that collapsed faces equal those of other bodies; lines are no faces.
 pub(super) fn each_face<E>(
     shape: Shape,
     points: &[u32],
@@ -110,17 +120,23 @@ pub(super) fn each_face<E>(
     };
     for face in body.faces {
         let (mut corners, mut middles) = ([0; 6], [0; 6]);
-        let count = face.len();
+        let mut count = 0;
         for (i, &corner) in face.iter().enumerate() {
-            corners[i] = points[corner as usize];
-            let next = face[(i + 1) % count];
+            let next = face[(i + 1) % face.len()];
+            if points[corner as usize] == points[next as usize] {
+                continue;
+            }
+            corners[count] = points[corner as usize];
             let edge = |edge: &[u8; 2]| *edge == [corner, next] || *edge == [next, corner];
             if is_curved && let Some(edge) = body.edges.iter().position(edge) {
-                middles[i] = points[body.corners + edge];
+                middles[count] = points[body.corners + edge];
             }
+            count += 1;
         }
         let middles = if is_curved { &middles[..count] } else { &[] };
-        visit(&corners[..count], middles)?;
+        if count > 2 {
+            visit(&corners[..count], middles)?;
+        }
     }
     Ok(())
 }

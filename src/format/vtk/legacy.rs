@@ -36,6 +36,7 @@ pub(super) fn read<'a>(text: &'a [u8], budget: &'a Budget) -> Result<(File<'a>, 
         budget,
         is_binary: false,
         has_offsets: false,
+        components: 1,
     };
     let piece = reader.file()?;
     let encoding = Encoding {
@@ -58,6 +59,8 @@ struct Reader<'a> {
     is_binary: bool,
     /// Whether cells are stored by offsets, as from version 5 on.
     has_offsets: bool,
+    /// Numbers in each tuple of the last array.
+    components: usize,
 }
 
 /// What data belong to.
@@ -174,6 +177,14 @@ impl<'a> Reader<'a> {
         if !self.has_offsets {
             let points = self.values(keyword, b"int", [size, 1], place)?;
             let layout = Layout::Counted(points);
+            return Ok(Cells { count, layout });
+        }
+        let before = self.at;
+        let next = self.next_word();
+        self.at = before;
+        let has_arrays = next.is_some_and(|(word, _)| word.eq_ignore_ascii_case(b"OFFSETS"));
+        if [count, size] == [0, 0] && !has_arrays {
+            let layout = Layout::Counted(self.values(keyword, b"int", [0, 1], place)?);
             return Ok(Cells { count, layout });
         }
         let mut arrays = Vec::new();
@@ -302,14 +313,19 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Skips information about an array, up to an empty line.
+    /// Skips information about the last array, up to an empty line. Names of components may be empty lines, too.
     fn metadata(&mut self) {
         self.end_line();
+        let mut names = 0;
         while self.at < self.text.len() {
             let start = self.at;
             self.end_line();
-            let line = self.text.get(start..self.at).unwrap_or_default();
-            if line.trim_ascii().is_empty() {
+            let line = self.text.get(start..self.at).unwrap_or_default().trim_ascii();
+            if names > 0 {
+                names -= 1;
+            } else if line.eq_ignore_ascii_case(b"COMPONENT_NAMES") {
+                names = self.components;
+            } else if line.is_empty() {
                 return;
             }
         }
@@ -323,9 +339,10 @@ impl<'a> Reader<'a> {
         [tuples, components]: [usize; 2],
         place: Range<usize>,
     ) -> Result<Array<'a>, TextFault> {
+        self.components = components;
         let count = tuples.saturating_mul(components);
         let number = Kind::of_legacy(kind);
-        let known = number.is_some() || matches!(kind, b"string" | b"bit" | b"utf8_string");
+        let known = number.is_some() || matches!(kind, b"string" | b"bit" | b"utf8_string" | b"variant");
         if !known {
             let found = quote(kind);
             let message = format!("{found} is not a type that octray reads, expected one such as `float`");
@@ -338,7 +355,8 @@ impl<'a> Reader<'a> {
             None if kind == b"bit" && self.is_binary => Source::Bytes(self.bytes(count.div_ceil(8), place)?),
             None if kind == b"bit" => Source::Words(self.skip_words(count, place)?),
             None => {
-                self.strings(count, place)?;
+                // Each of a variant array is a line with its type.
+                self.strings(count, place, !self.is_binary || kind == b"variant")?;
                 Source::Bytes(&[])
             }
         };
@@ -378,13 +396,13 @@ impl<'a> Reader<'a> {
     }
 
     /// Skips strings: lines of text, or after their lengths.
-    fn strings(&mut self, count: usize, place: Range<usize>) -> Result<(), TextFault> {
+    fn strings(&mut self, count: usize, place: Range<usize>, are_lines: bool) -> Result<(), TextFault> {
         self.end_line();
         for _ in 0..count {
             let Some(&first) = self.text.get(self.at) else {
                 return Err(self.ended(count, "strings", place));
             };
-            if !self.is_binary {
+            if are_lines {
                 self.end_line();
                 continue;
             }

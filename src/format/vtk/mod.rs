@@ -77,9 +77,9 @@ fn foreign_kind(name: &[u8]) -> String {
 /// [`LoadError`], with line and column, except in binary parts of legacy files.
 pub(super) fn parse(bytes: &[u8], path: &Path, budget: &Budget) -> Result<LoadedMesh, LoadError> {
     let located = |fault: TextFault| fault.into_error(bytes, path);
-    let (file, pieces) = if legacy::is_legacy(bytes) {
+    let (file, pieces, has_steps) = if legacy::is_legacy(bytes) {
         let (file, piece) = legacy::read(bytes, budget).map_err(located)?;
-        (file, vec![piece])
+        (file, vec![piece], false)
     } else if bytes.is_empty() {
         return Err(LoadError::whole_file(
             path,
@@ -110,6 +110,9 @@ pub(super) fn parse(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Loaded
     if budget.scalars().shows_colors() {
         arrays_left_out(&pieces, colors, &mut left_out);
     }
+    if has_steps {
+        left_out.add("time steps after the first");
+    }
     let unusable = std::mem::take(&mut build.unusable).map(located);
     let mut mesh = finish(build, left_out, path, budget)?;
     mesh.scalars.listed = listed;
@@ -131,10 +134,14 @@ fn colors(pieces: &[Piece<'_>]) -> Option<Owner> {
 
 /// Lists the arrays that are not shown.
 fn arrays_left_out(pieces: &[Piece<'_>], colors: Option<Owner>, left_out: &mut LeftOut) {
-    let points = pieces.iter().flat_map(|piece| piece.of_points.others());
-    let cells = || pieces.iter().flat_map(|piece| piece.of_cells.others());
+    let points = pieces
+        .iter()
+        .flat_map(|piece| piece.of_points.others(Owner::Vertices));
+    let cells = pieces
+        .iter()
+        .flat_map(|piece| piece.of_cells.others(Owner::Faces));
     left_out.names("arrays of points", points.map(|array| array.name.as_str()));
-    left_out.names("arrays of cells", cells().map(|array| array.name.as_str()));
+    left_out.names("arrays of cells", cells.map(|array| array.name.as_str()));
     let both = pieces.iter().any(|piece| piece.of_cells.colors().is_some());
     if both && colors == Some(Owner::Vertices) {
         left_out.add("colours of cells");

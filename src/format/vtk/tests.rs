@@ -7,6 +7,7 @@ use files::{Array as Values, Binary, Form, Grid, document, forms};
 
 mod files;
 mod hostile;
+mod writers;
 
 /// Two hexahedra that share a face, with numbers and colours.
 fn boxes() -> Grid {
