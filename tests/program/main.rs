@@ -46,6 +46,7 @@ mod points;
 mod poses;
 mod poses_in_parts;
 mod sheets;
+mod shell;
 mod signals;
 #[cfg(target_os = "linux")]
 mod strangers;

@@ -380,3 +380,42 @@ fn what_is_left_of_the_memory_limit() {
         &["e.png: it takes ", ", but 50.0 MiB of the memory limit are left"],
     );
 }
+
+#[test]
+fn mesh_errors_suggest_a_remedy() {
+    let folder = Folder::new();
+    folder.write("square.obj", "v 0 0 0\nv 0 0 1\nv 1 0 1\nv 1 0 0\nf 1 2 3 4\n");
+    folder.write("letter.doc", "Dear reader");
+    let kinds =
+        "expected a scene (.scn) or a mesh (.ply, .obj, .off, .stl, .gltf, .glb, .3mf, .vtk, .vtp, .vtu)";
+    folder.fails(&["letter.doc"], 1, kinds);
+    folder.fails(
+        &["squre.obj"],
+        1,
+        "squre.obj: file not found; did you mean `square.obj`?",
+    );
+    folder.fails(&["square.ply"], 1, "did you mean `square.obj`?");
+    folder.fails(&["no/square.obj"], 1, "directory `no` does not exist");
+    folder.fails(&[".\\square.obj"], 1, "write `/` instead of `\\`");
+    folder.fails(&["a.scn", "--ground"], 2, "--ground applies to meshes only");
+    for [option, value] in [["--animation", "walk"], ["--animation-time", "2"]] {
+        let words = format!("error: {option} applies to meshes only");
+        folder.fails(&["a.scn", option, value], 2, &words);
+    }
+    folder.fails(
+        &["square.obj", "--camera", "front"],
+        2,
+        "no camera `front`: the mesh defines none; use --from or --eye",
+    );
+    folder.fails(
+        &["square.obj", "--smooth-angle", "200"],
+        2,
+        "degrees from 0 to 180",
+    );
+    folder.fails(&["square.obj", "--fov", "180"], 2, "less than 180");
+    folder.fails(
+        &["square.obj", "--eye", "1,2,3", "--target", "1,2,3"],
+        2,
+        "eye and target are the same point",
+    );
+}
