@@ -134,8 +134,15 @@ fn text(value: f64, step: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
-    // Two digits of the step: 0.25 and 0.50.
-    let decimals = 1_i32.saturating_sub(digits(step)).max(0) as usize;
+    // Two digits of the step, such as 0.25 and 0.50, or three if it then is exact: 1.25.
+    let is_exact = |decimals: i32| (step * 10_f64.powi(decimals)).fract().abs() < 1e-9;
+    let two = 1_i32.saturating_sub(digits(step));
+    let decimals = if !is_exact(two) && is_exact(two.saturating_add(1)) {
+        two + 1
+    } else {
+        two
+    };
+    let decimals = decimals.max(0) as usize;
     if value.abs() < 10_f64.powi(LONGEST as i32) && decimals < LONGEST {
         let text = format!("{value:.decimals$}");
         if text.len() <= LONGEST {
