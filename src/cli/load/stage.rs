@@ -113,8 +113,9 @@ const LIGHTS: [([f64; 3], f32, f64); 2] = [([-0.6, 0.8, 1.0], 0.6, 0.0), ([0.5, 
 const SOFT_LIGHT: ([f64; 3], f32, f64) = ([-0.8, 0.9, 0.8], 0.73, 20.0);
 /// Their ambient light, and its occlusion distance in radii of the mesh.
 const SOFT_AMBIENT: (f32, f64) = (0.27, 1.2);
-/// Linear, as their other colours. White surfaces that face the light are brighter.
-const SOFT_BACKGROUND: [f32; 3] = [0.7, 0.71, 0.73];
+/// Linear, as their other colours. White surfaces that face the viewer are darker, those that face up in the default view are
+/// brighter, both by at least 10 of 255 levels of sRGB.
+const SOFT_BACKGROUND: [f32; 3] = [0.75, 0.76, 0.78];
 const SOFT_GROUND: [f32; 3] = [0.78, 0.78, 0.78];
 
 /// Distance of the lights, in radii of the mesh: far enough to light the ground evenly.
