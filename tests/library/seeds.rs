@@ -445,3 +445,27 @@ fn choices(seeds: &mut Vec<Seed>) {
         }
     }
 }
+
+/// A seed that is cut, flipped, and repeats parts of itself.
+#[cfg(any(feature = "threemf", feature = "vtk"))]
+pub fn broken(seed: &[u8], random: &mut fastrand::Rng) -> Vec<u8> {
+    let mut bytes = seed.to_vec();
+    for _ in 0..random.usize(1..4) {
+        let at = random.usize(..bytes.len());
+        match random.u8(..5) {
+            0 => bytes.truncate(at.max(1)),
+            1 => bytes[at] ^= 1 << random.u8(..8),
+            2 => bytes[at] = b'0' + random.u8(..10),
+            3 => drop(bytes.splice(at..bytes.len().min(at + random.usize(..20)), [])),
+            _ => {
+                let from = random.usize(..bytes.len());
+                let part = bytes[from..bytes.len().min(from + random.usize(..200))].to_vec();
+                bytes.splice(at..at, part);
+            }
+        }
+        if bytes.is_empty() {
+            break;
+        }
+    }
+    bytes
+}

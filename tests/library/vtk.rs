@@ -59,24 +59,7 @@ fn broken_files() {
     let mut random = fastrand::Rng::with_seed(7);
     for (_, name, seed) in seeds() {
         for round in 0..300 {
-            let mut bytes = seed.clone();
-            for _ in 0..random.usize(1..4) {
-                let at = random.usize(..bytes.len());
-                match random.u8(..5) {
-                    0 => bytes.truncate(at.max(1)),
-                    1 => bytes[at] ^= 1 << random.u8(..8),
-                    2 => bytes[at] = b'0' + random.u8(..10),
-                    3 => drop(bytes.splice(at..bytes.len().min(at + random.usize(..20)), [])),
-                    _ => {
-                        let from = random.usize(..bytes.len());
-                        let part = bytes[from..bytes.len().min(from + random.usize(..200))].to_vec();
-                        bytes.splice(at..at, part);
-                    }
-                }
-                if bytes.is_empty() {
-                    break;
-                }
-            }
+            let bytes = crate::seeds::broken(&seed, &mut random);
             println!("{name}, round {round}");
             crate::targets::vtk(&bytes);
         }

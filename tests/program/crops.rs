@@ -433,7 +433,7 @@ fn crops_equal_the_picture_with_every_option() {
 #[test]
 fn every_option_that_changes_pixels_has_a_case() {
     const NO_PIXELS: [&str; 22] = [
-        // These pictures are too small: see colors/bar.rs.
+        // It needs larger pictures: see colors/bar.rs.
         "--color-bar",
         "--output",
         "--force",

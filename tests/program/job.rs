@@ -351,7 +351,7 @@ fn folders_of_jobs() {
             format!("\"$0\" job {job} --for slurm --into 'new\\farm'"),
             "--into new\\farm/: Slurm takes no \\ in the names of its logs",
         ),
-        // The script or the template does not fit, by what the shell counts in.
+        // Which of both scripts does not fit depends on the blocks that the shell counts: 512 or 1024 bytes.
         (
             format!("trap '' XFSZ; ulimit -f 1; exec \"$0\" job {job} --for openjd --into new/farm"),
             "cannot write new/farm/t",

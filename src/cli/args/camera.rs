@@ -92,7 +92,8 @@ pub enum Ortho {
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Meshes")]
 pub struct MeshArgs {
-    /// Up axis of the mesh: x, y, z, -x, -y or -z [default: z for .stl, .3mf, .vtk, .vtp, .vtu and for .ply with a comment `up z`, else y]
+    /// Up axis of the mesh: x, y, z, -x, -y or -z [default: z for .stl, .3mf, .vtk, .vtp, .vtu and for .ply with a comment
+    /// `up z`, else y]
     #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
     pub up_axis: Option<UpAxis>,
 

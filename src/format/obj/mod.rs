@@ -168,7 +168,7 @@ struct Obj<'b> {
     /// How many lines begin with an unknown word, and the first of these words.
     unknown_lines: usize,
     unknown: Option<Range<usize>>,
-    /// Whether corners have indices of normals although there are none.
+    /// Whether corners name normals, but the file has no normals.
     lacks_normals: bool,
     notes: Vec<String>,
     texture_files: Vec<PathBuf>,

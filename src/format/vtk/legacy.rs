@@ -331,7 +331,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// An array of `count` tuples of so many numbers, which are skipped.
+    /// An array of tuples of numbers, which are skipped.
     fn values(
         &mut self,
         name: &[u8],

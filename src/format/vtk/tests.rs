@@ -78,6 +78,11 @@ fn legacy(sections: &str) -> Vec<u8> {
 
 const SQUARE: &str = "POINTS 4 float\n0 0 0 1 0 0 1 1 0 0 1 0\n";
 
+/// The numbers of a mesh's points.
+fn numbers(mesh: &LoadedMesh) -> Vec<f64> {
+    mesh.columns.colors.iter().map(|&color| value_of(color)).collect()
+}
+
 #[test]
 fn every_form_gives_the_same_mesh() {
     let grid = boxes();
@@ -99,13 +104,10 @@ fn every_form_gives_the_same_mesh() {
         );
         assert_eq!(mesh.surfaces, first.surfaces);
         let colored = read(&bytes, named("velocity.magnitude")).expect("numbers");
-        let values: Vec<f64> = colored
-            .columns
-            .colors
-            .iter()
-            .map(|&color| value_of(color))
-            .collect();
-        assert_eq!(values, (0..12).map(|i| 5.0 * f64::from(i)).collect::<Vec<_>>());
+        assert_eq!(
+            numbers(&colored),
+            (0..12).map(|i| 5.0 * f64::from(i)).collect::<Vec<_>>()
+        );
         let colored = read(&bytes, named("id")).expect("numbers");
         assert_eq!(colored.scalars.of_faces, [[7.0; 10], [9.0; 10]].concat());
         assert!(colored.surfaces.is_empty() && colored.notes.is_empty());
@@ -251,15 +253,8 @@ fn points_and_lines() {
     let lines =
         format!("POLYDATA\n{SQUARE}LINES 1 4\n3 0 1 2\nCELL_DATA 1\nSCALARS a int\nLOOKUP_TABLE default\n5");
     let mesh = read(&legacy(&lines), named("a")).expect("lines");
-    assert_eq!(mesh.cloud.expect("lines").lines, [[0, 1], [1, 2]]);
-    assert_eq!(
-        mesh.columns
-            .colors
-            .iter()
-            .map(|&color| value_of(color))
-            .collect::<Vec<_>>(),
-        [5.0; 3]
-    );
+    assert_eq!(mesh.cloud.as_ref().expect("lines").lines, [[0, 1], [1, 2]]);
+    assert_eq!(numbers(&mesh), [5.0; 3]);
     let dots = load(&legacy(&format!("POLYDATA\n{SQUARE}VERTICES 1 3\n2 3 1")));
     assert_eq!(dots.columns.x, [1.0, 0.0]);
     let faces = load(&legacy(&format!(
@@ -283,14 +278,7 @@ fn attributes_of_legacy_files() {
     assert_eq!(ranges[0], Range(Some([1.0, 4.0])));
     assert_eq!((mesh.scalars.listed[0].name.as_str(), ranges.len()), ("a b", 5));
     let mesh = read(&legacy(&text), named("v.z")).expect("numbers");
-    assert_eq!(
-        mesh.columns
-            .colors
-            .iter()
-            .map(|&color| value_of(color))
-            .collect::<Vec<_>>(),
-        [3.0; 4]
-    );
+    assert_eq!(numbers(&mesh), [3.0; 4]);
 }
 
 #[test]
