@@ -294,5 +294,5 @@ impl Attribute<'_> {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "threemf"))]
 mod tests;

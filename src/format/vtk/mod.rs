@@ -224,5 +224,6 @@ fn name_of(cell: u8) -> &'static str {
     }
 }
 
-#[cfg(test)]
+// Numbers as colours are the program's.
+#[cfg(all(test, feature = "cli"))]
 mod tests;
